@@ -1,0 +1,64 @@
+"""Small boats grasp a floating vessel and push it to a goal pose.
+
+Importing this package registers its environments: ``asv_env/Approach-v0``, ``asv_env/Push-v0``
+and ``asv_env/Transport-v0`` with Gymnasium, and ``asv_env/approach-v0`` ... with PettingZoo.
+"""
+
+from importlib import metadata as _metadata
+
+import gymnasium as _gymnasium
+import pettingzoo as _pettingzoo
+
+from asv_env.joint_env import JointEnv
+from asv_env.parallel_env import AsvParallelEnv, parallel_env
+from asv_env.params import TASKS, EnvParams
+from asv_env.presets import PRESETS, SCENARIOS, make_params
+from asv_env.simulation import Simulation
+from asv_env.types import Sensed, State, TimeStep
+from asv_env.vector_env import AsvVectorEnv
+
+__all__ = [
+    "PRESETS",
+    "SCENARIOS",
+    "TASKS",
+    "AsvParallelEnv",
+    "AsvVectorEnv",
+    "EnvParams",
+    "JointEnv",
+    "Sensed",
+    "Simulation",
+    "State",
+    "TimeStep",
+    "__version__",
+    "make_params",
+    "parallel_env",
+]
+
+try:
+    __version__ = _metadata.version("asv-env")
+except _metadata.PackageNotFoundError:  # run from a checkout that was never installed
+    __version__ = "0+unknown"
+
+
+def _register() -> None:
+    """Enters every task into both registries, once."""
+    for task in TASKS:
+        name = f"asv_env/{task.capitalize()}-v0"
+        if name not in _gymnasium.registry:
+            _gymnasium.register(
+                name,
+                entry_point="asv_env.joint_env:JointEnv",
+                vector_entry_point="asv_env.vector_env:AsvVectorEnv",
+                kwargs={"task": task},
+            )
+        name = f"asv_env/{task}-v0"
+        if name not in _pettingzoo.parallel_registry:
+            _pettingzoo.register(
+                "parallel",
+                name,
+                entry_point="asv_env.parallel_env:parallel_env",
+                kwargs={"task": task},
+            )
+
+
+_register()

@@ -1,0 +1,197 @@
+"""The kernel: rigid bodies with contact, many worlds at once. The only user of Pymunk.
+
+Worlds share Spaces, each world on a tile of its own, too far from the others to touch them.
+World 0 of every Space lies at the origin. Bodies are made once and then placed, never removed:
+``pymunk.batch`` reads them in the order in which they were added.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pymunk
+from pymunk import batch
+from pymunk.batch import ArbiterFields, BodyFields, Buffer
+
+from asv_env.params import EnvParams, HullParams
+from asv_env.types import Bool, Float
+
+MOTION = (
+    BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
+)
+WRENCH = BodyFields.FORCE | BodyFields.TORQUE
+CONTACT = ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.CONTACT_COUNT
+WALL_THICKNESS = 0.5
+
+
+@dataclass
+class _Pool:
+    """One Space with its share of the worlds, and the buffers through which it is spoken to."""
+
+    space: pymunk.Space
+    bodies: list[pymunk.Body]
+    read: Buffer
+    write: Buffer
+    contacts: Buffer
+
+
+class Basin:
+    """Bodies of ``num_worlds`` worlds, ``B = 1 + num_boats`` each, row 0 the vessel.
+
+    Attributes:
+        motion: (W, B, 6) motion after the last step, in the coordinates of the Space; use
+            ``world_motion`` for a world's own. Headings are not wrapped.
+        force: (W, B, 3) world-frame force N, N and moment N m to act during the next step.
+    """
+
+    def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
+        self._params = params
+        self._dt = params.clock.dt
+        shape = (num_worlds, 1 + params.num_boats)
+        rows = shape[0] * shape[1]
+        # A Space with walls has one more body, read behind the others: its row falls on the
+        # next Space's first, which is read after it, or on a spare one. One more spare row is
+        # needed because Pymunk gives a buffer of its own to who has filled the one given.
+        self._motion_rows = np.zeros((rows + 2, 6))
+        self._force_rows = np.zeros((rows + 2, 3))
+        self.motion = self._motion_rows[:rows].reshape(*shape, 6)
+        self.force = self._force_rows[:rows].reshape(*shape, 3)
+
+        self._tile = np.zeros((num_worlds, 1, 2))
+        self._pools: list[_Pool] = []
+        for first in range(0, num_worlds, worlds_per_space):
+            self._add_pool(range(first, min(first + worlds_per_space, num_worlds)))
+        self._bodies = [body for pool in self._pools for body in pool.bodies]
+        identities = np.array([body.id for body in self._bodies], dtype=np.uintp)
+        self._by_identity = np.argsort(identities)
+        self._identities = identities[self._by_identity]
+        self._read()
+
+    def step(self) -> None:
+        """Advances every world by one physics step under ``force`` and reads ``motion``."""
+        for pool in self._pools:
+            batch.set_space_bodies(pool.space, WRENCH, pool.write)
+            pool.space.step(self._dt)
+            pool.read.clear()
+            batch.get_space_bodies(pool.space, MOTION, pool.read)
+
+    def world_motion(self) -> Float:
+        """A copy of the motion (W, B, 6) in each world's own coordinates."""
+        motion = self.motion.copy()
+        motion[..., :2] -= self._tile
+        return motion
+
+    def place(
+        self, world: int, motion: Float, masses: Float, inertias: Float, friction: float
+    ) -> None:
+        """Puts the bodies of one world somewhere, as if the world had just been built.
+
+        Args:
+            world: row of the world.
+            motion: (B, 6) in the world's own coordinates.
+            masses: (B,) effective masses, kg.
+            inertias: (B,) effective moments of inertia, kg m^2.
+            friction: Coulomb coefficient of every contact in the world.
+        """
+        count = self.motion.shape[1]
+        first = world * count
+        tile_x, tile_y = self._tile[world, 0]
+        for row, body in enumerate(self._bodies[first : first + count]):
+            x, y, heading, vx, vy, yaw_rate = motion[row].tolist()
+            # A step of no length spends the bias velocities, which survive a teleport.
+            pymunk.Body.update_position(body, 0.0)
+            body.mass, body.moment = float(masses[row]), float(inertias[row])
+            body.position, body.angle = (x + tile_x, y + tile_y), heading
+            body.velocity, body.angular_velocity = (vx, vy), yaw_rate
+            body.force, body.torque = (0.0, 0.0), 0.0
+            for shape in body.shapes:
+                # Chipmunk multiplies the coefficients of the two shapes.
+                shape.friction = math.sqrt(friction)
+            body.space.reindex_shapes_for_body(body)
+        self.motion[world] = motion
+        self.motion[world, :, :2] += self._tile[world]
+
+    def touching(self) -> Bool:
+        """(W, A, 2) whether each boat's hull touches the vessel, another boat or a wall."""
+        num_worlds, count = self.motion.shape[:2]
+        touches = np.zeros((num_worlds, count, 2), dtype=np.bool_)
+        for pool in self._pools:
+            pool.contacts.clear()
+            batch.get_space_arbiters(pool.space, CONTACT, pool.contacts)
+            found = np.frombuffer(pool.contacts.int_buf(), dtype=np.uintp).reshape(-1, 3)
+            if len(found):
+                self._scatter(found[found[:, 2] > 0, :2], touches)
+        return touches[:, 1:]
+
+    def _scatter(self, pairs: np.ndarray, touches: Bool) -> None:
+        """Marks the bodies of each touching pair, whatever the order of the pairs."""
+        count = touches.shape[1]
+        place = np.searchsorted(self._identities, pairs)
+        place[place == len(self._identities)] = 0
+        known = self._identities[place] == pairs  # all but the walls
+        world, row = np.divmod(self._by_identity[place], count)
+        for me, other in ((0, 1), (1, 0)):
+            by_vessel = known[:, other] & (row[:, other] == 0)
+            mine = known[:, me]
+            kind = np.where(by_vessel, 0, 1)
+            touches[world[mine, me], row[mine, me], kind[mine]] = True
+
+    def _add_pool(self, worlds: range) -> None:
+        params, count = self._params, self.motion.shape[1]
+        vessel, boat = params.hulls()
+        space = pymunk.Space()
+        cell = vessel.length
+        shapes = len(worlds) * count
+        space.use_spatial_hash(cell, 8 * shapes)
+        space.iterations = 10
+        space.collision_slop = 1e-4
+        # Contacts that have ended are forgotten at once, so that none outlives a reset.
+        space.collision_persistence = 1
+        bodies = []
+        spacing = self._tile_spacing(cell)
+        columns = math.ceil(math.sqrt(len(worlds)))
+        for index, world in enumerate(worlds):
+            tile = (spacing * (index % columns), spacing * (index // columns))
+            self._tile[world] = tile
+            if params.water.walls is not None:
+                _add_walls(space, tile, params.water.walls)
+            bodies += [_add_hull(space, tile, vessel)]
+            bodies += [_add_hull(space, tile, boat) for _ in range(params.num_boats)]
+        first = worlds[0] * count
+        pool = _Pool(space, bodies, Buffer(), Buffer(), Buffer())
+        pool.read.set_float_buf(self._motion_rows[first:].reshape(-1))
+        pool.write.set_float_buf(self._force_rows[first:].reshape(-1))
+        self._pools.append(pool)
+
+    def _tile_spacing(self, cell: float) -> float:
+        """Distance between tiles, m: arenas, hulls that hang over their edge, and room."""
+        arena = max(self._params.task.arena, self._params.water.walls or 0.0)
+        return cell * math.ceil((2 * arena + 4 * cell + 2 * WALL_THICKNESS + 1.0) / cell)
+
+    def _read(self) -> None:
+        for pool in self._pools:
+            pool.read.clear()
+            batch.get_space_bodies(pool.space, MOTION, pool.read)
+
+
+def _add_hull(space: pymunk.Space, tile: tuple[float, float], hull: HullParams) -> pymunk.Body:
+    """A body at the tile's centre, whose centre of mass lies amidships."""
+    body = pymunk.Body(hull.total_mass, hull.total_inertia)
+    body.position = tile
+    shape = pymunk.Poly(body, hull.outline)
+    shape.elasticity = 0.0
+    space.add(body, shape)
+    return body
+
+
+def _add_walls(space: pymunk.Space, tile: tuple[float, float], half: float) -> None:
+    """Four thick walls whose inner faces lie ``half`` from the tile's centre."""
+    x, y = tile
+    d = half + WALL_THICKNESS / 2
+    corners = [(x - d, y - d), (x + d, y - d), (x + d, y + d), (x - d, y + d)]
+    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+        wall = pymunk.Segment(space.static_body, a, b, WALL_THICKNESS / 2)
+        wall.elasticity, wall.friction = 0.0, 0.5
+        space.add(wall)

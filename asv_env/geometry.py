@@ -1,0 +1,64 @@
+"""Planar geometry. Leading axes are free.
+
+A planar vector is a complex number x + iy and a direction is e = exp(ih), so that turning a
+vector into the frame of a body with heading h is a multiplication by conj(e).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from asv_env.types import Complex, Float
+
+
+def wrap(angle: ArrayLike) -> Float:
+    """Angle in rad, wrapped to (-pi, pi]."""
+    wrapped = np.pi - np.mod(np.pi - np.asarray(angle, dtype=np.float64), 2 * np.pi)
+    return np.where(wrapped == -np.pi, np.pi, wrapped)
+
+
+def direction(heading: Float) -> Complex:
+    """Unit vectors (...,) of headings (...,) in rad."""
+    e = np.empty(heading.shape, dtype=np.complex128)
+    np.cos(heading, out=e.real)
+    np.sin(heading, out=e.imag)
+    return e
+
+
+def plane(array: Float, first: int = 0) -> Complex:
+    """View of two neighbouring columns of a float array as complex numbers x + iy.
+
+    Args:
+        array: (..., n) with a contiguous last axis.
+        first: column of x; y is the next.
+    """
+    pair: Complex = array[..., first : first + 2].view(np.complex128)[..., 0]
+    return pair
+
+
+def rectangle(length: float, width: float) -> list[tuple[float, float]]:
+    """Corners of a rectangle round the origin, counter-clockwise, m."""
+    x, y = length / 2, width / 2
+    return [(-x, -y), (x, -y), (x, y), (-x, y)]
+
+
+def boat_hull(length: float, width: float, bow: float) -> list[tuple[float, float]]:
+    """Convex hull of a boat, bow towards +x, that narrows to a flat bow, m.
+
+    The shoulders lie one bow width behind the bow; the origin is amidships.
+    """
+    x, y, b = length / 2, width / 2, bow / 2
+    return [(-x, -y), (x - bow, -y), (x, -b), (x, b), (x - bow, y), (-x, y)]
+
+
+def polygon_gyration(vertices: list[tuple[float, float]]) -> float:
+    """Squared radius of gyration of a uniform convex polygon about the origin, m^2.
+
+    The standard area integral over the triangles that the edges span with the origin.
+    """
+    points = np.array(vertices)
+    following = np.roll(points, -1, axis=0)
+    cross = points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]
+    squares = (points**2 + points * following + following**2).sum(axis=1)
+    return float((cross * squares).sum() / (6 * cross.sum()))

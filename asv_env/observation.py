@@ -1,0 +1,169 @@
+"""What a boat observes: one table of features, egocentric and of a size free of the team's.
+
+Everything comes from the estimate in ``Sensed``. Every feature is divided by a fixed scale and
+clipped, so that no running statistics are needed. Lengths are in vessel lengths, so that one
+policy serves every size; what has to be met to the centimetre appears a second time, magnified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from asv_env.formation import Relations, holding
+from asv_env.params import EnvParams
+from asv_env.tracking import FULL_SPEED, FULL_YAW_RATE
+from asv_env.types import Bool, Complex, Float, Observation, Sensed
+
+FAR = 15.0
+"""Largest distance that an observation tells, vessel lengths: more than the arena's diagonal."""
+FAST = 4.0
+"""Largest speed that an observation tells, full speeds and full yaw rates of a boat."""
+FINE = 0.1
+"""Distance at which the magnified features saturate, m."""
+NEIGHBOURS = 4
+NEIGHBOUR_BOUNDS = [FAR, FAR, FAST, FAST, 1.0]
+
+
+@dataclass
+class View:
+    """The world as the boats see it: what the features are made from.
+
+    Attributes:
+        sensed: what was measured.
+        relations: of the estimate.
+        eyes: (W, A) conjugate directions of the boats; a vector times these is in their frame.
+        hull: (W, 1) conjugate direction of the vessel.
+        length: of the vessel, m.
+        ready: (W,) share of the working boats that hold their slots.
+    """
+
+    sensed: Sensed
+    relations: Relations
+    eyes: Complex
+    hull: Complex
+    length: float
+    ready: Float
+
+    @property
+    def slot(self) -> Complex:
+        """(W, A) from each boat to its slot, in the boat's frame, m."""
+        return self.relations.slot_gap * (self.relations.heading[:, :1] * self.eyes)
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A row of the table.
+
+    Attributes:
+        name: what is observed.
+        bound: to which the values are clipped, on both sides.
+        of: from a view to (W, A) or (W, 1), complex for a vector x + iy, scaled.
+    """
+
+    name: str
+    bound: float
+    of: Callable[[View], np.ndarray]
+
+
+VECTORS = (
+    Feature("own velocity", FAST, lambda v: v.relations.velocity[:, 1:] * v.eyes / FULL_SPEED),
+    Feature("own slot", FAR, lambda v: v.slot / v.length),
+    Feature("own slot, magnified", 1.0, lambda v: v.slot / FINE),
+    Feature("own direction against the slot's", 1.0, lambda v: v.relations.alignment),
+    Feature("own place beside the vessel", FAR, lambda v: v.relations.boat / v.length),
+    Feature("own slot beside the vessel", FAR, lambda v: v.sensed.slot / v.length),
+    Feature("vessel's velocity", FAST, lambda v: v.relations.velocity[:, :1] * v.hull / FULL_SPEED),
+    Feature("vessel's goal", FAR, lambda v: v.relations.goal[:, None] / v.length),
+    Feature("vessel's goal, magnified", 1.0, lambda v: v.relations.goal[:, None] / FINE),
+    Feature("vessel's goal direction", 1.0, lambda v: v.relations.goal_turn[:, None]),
+)
+SCALARS = (
+    Feature("own yaw rate", FAST, lambda v: v.relations.yaw_rate[:, 1:] / FULL_YAW_RATE),
+    Feature("vessel's yaw rate", FAST, lambda v: v.relations.yaw_rate[:, :1] / FULL_YAW_RATE),
+    Feature("own hull touches the vessel", 1.0, lambda v: v.sensed.touching[..., 0]),
+    Feature("own hull touches another", 1.0, lambda v: v.sensed.touching[..., 1]),
+    Feature("own thrusters work", 1.0, lambda v: v.sensed.working),
+    Feature("share of slots held", 1.0, lambda v: v.ready[:, None]),
+    Feature("closure formed", 1.0, lambda v: v.sensed.closed[:, None]),
+)
+BOUND = np.array(
+    [bound for feature in VECTORS for bound in [feature.bound] * 2]
+    + [feature.bound for feature in SCALARS]
+    + NEIGHBOUR_BOUNDS * NEIGHBOURS,
+    dtype=np.float32,
+)
+"""(K,) every observation lies within +-BOUND: vectors, scalars, then the nearest boats."""
+
+
+def observe(sensed: Sensed, relations: Relations, params: EnvParams) -> Observation:
+    """Observations (W, A, K) of all boats, float32, within +-``BOUND``.
+
+    Args:
+        sensed: what the boats measure.
+        relations: of ``sensed.estimate``.
+        params: the environment's.
+    """
+    heading = relations.heading
+    ready = _share(holding(relations, params.task), sensed.working)
+    view = View(
+        sensed, relations, heading[:, 1:].conj(), heading[:, :1].conj(), params.vessel.length, ready
+    )
+    observation = np.empty((*sensed.slot.shape, len(BOUND)), dtype=np.float32)
+    vectors = np.empty((*sensed.slot.shape, len(VECTORS)), dtype=np.complex128)
+    for column, feature in enumerate(VECTORS):
+        vectors[..., column] = feature.of(view)
+    scalars = 2 * len(VECTORS)
+    observation[..., :scalars] = vectors.view(np.float64)
+    for column, feature in enumerate(SCALARS, start=scalars):
+        observation[..., column] = feature.of(view)
+    _put_neighbours(view, observation[..., scalars + len(SCALARS) :])
+    return observation.clip(-BOUND, BOUND, out=observation)
+
+
+def _put_neighbours(view: View, observation: Observation) -> None:
+    """The nearest boats, near to far: x, y, vx, vy in the boat's frame, presence; or zeros."""
+    position, velocity = view.relations.position[:, 1:], view.relations.velocity[:, 1:]
+    worlds, team = position.shape
+    count = min(NEIGHBOURS, team - 1)
+    distance = np.abs(position[:, None, :] - position[:, :, None]) + _itself(team)
+    nearest = _smallest(distance, count) + _first_boats(worlds, team)
+    seen = np.zeros((worlds, team, NEIGHBOURS, 5))
+    vectors = seen[:, :, :count, :4].view(np.complex128)
+    eyes = view.eyes[..., None]
+    gap = position.ravel().take(nearest) - position[..., None]
+    np.multiply(gap, eyes / view.length, out=vectors[..., 0])
+    motion = velocity.ravel().take(nearest) - velocity[..., None]
+    np.multiply(motion, eyes / FULL_SPEED, out=vectors[..., 1])
+    seen[:, :, :count, 4] = 1.0
+    observation[...] = seen.reshape(worlds, team, -1)
+
+
+@lru_cache(maxsize=8)
+def _itself(team: int) -> Float:
+    """(A, A) infinite on the diagonal: nobody is his own neighbour."""
+    return np.where(np.eye(team, dtype=bool), np.inf, 0.0)
+
+
+@lru_cache(maxsize=8)
+def _first_boats(worlds: int, team: int) -> np.ndarray:
+    """(W, 1, 1) row of each world's first boat among all boats."""
+    return (team * np.arange(worlds))[:, None, None]
+
+
+def _smallest(values: Float, count: int) -> np.ndarray:
+    """Indices of the ``count`` smallest along the last axis, in ascending order of value."""
+    if values.shape[-1] > 4 * count:
+        some = np.argpartition(values, count, axis=-1)[..., :count]
+        order = np.argsort(np.take_along_axis(values, some, axis=-1), axis=-1, kind="stable")
+        return np.take_along_axis(some, order, axis=-1)
+    return values.argsort(axis=-1, kind="stable")[..., :count]
+
+
+def _share(flags: Bool, working: Bool) -> Float:
+    """Share (W,) of the working boats (W, A) whose flag (W, A) is set."""
+    share: Float = np.add.reduce(flags & working, axis=1) / np.add.reduce(working, axis=1)
+    return share

@@ -1,0 +1,203 @@
+"""Named sets of parameters, and the one place where options become ``EnvParams``.
+
+A *preset* says which world it is (the nominal one, the paper's experiment, its simulation, its
+tank); a *scenario* says what disturbs it. Both are overrides of the defaults, by section.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+from asv_env.params import (
+    NOMINAL_LENGTH,
+    BoatParams,
+    EnvParams,
+    TaskParams,
+    VesselParams,
+    check_num_boats,
+    choice,
+)
+
+Overrides = dict[str, dict[str, Any]]
+
+NOISE = {
+    "position_noise": 0.01,
+    "heading_noise": 0.05,
+    "speed_noise": 0.01,
+    "yaw_rate_noise": 0.1,
+}
+GYRE = {"current": "double_gyre", "current_speed": 0.02}
+MISMATCH = {
+    "thrust": 0.15,
+    "lag": (0.05, 0.3),
+    "drag": 0.3,
+    "mass": 0.2,
+    "friction": (0.1, 0.6),
+}
+
+SCENARIOS: dict[str, Overrides] = {
+    "nominal": {},
+    "noisy": {"sensors": NOISE},
+    "current": {"water": {"current": "uniform", "current_speed": 0.01}},
+    "gyre": {"water": GYRE},
+    "mismatch": {"variation": MISMATCH},
+    "failure": {"variation": {"failures": 1}},
+    "harsh": {"sensors": NOISE, "water": GYRE, "variation": {**MISMATCH, "failures": 1}},
+}
+
+TANK = {
+    "arena": 1.5,
+    "start_distance": (0.5, 1.4),
+    "goal_distance": (0.4, 1.0),
+}
+
+PRESETS: dict[str, Overrides] = {
+    "nominal": {},
+    "experiment": {
+        "clock": {"physics": 100, "sensing": 20, "control": 10},
+        "task": {"goal": (0.55, -0.95, 0.1), "goal_anchor": "closure"},
+    },
+    "paper_simulation": {
+        "clock": {"physics": 50, "sensing": 50, "control": 50},
+        "water": {"drag": "linear"},
+        "vessel": {"length": NOMINAL_LENGTH},
+        "task": {"goal": (0.55, -0.95, 0.1)},
+    },
+    "tank": {"water": {"walls": 1.5}, "task": TANK},
+}
+DEFAULT_TEAM = {"paper_simulation": 10}
+
+SECTIONS = tuple(f.name for f in fields(EnvParams) if f.name not in ("num_boats", "action_mode"))
+TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
+
+
+def make_params(
+    task: str = "transport",
+    num_boats: int | None = None,
+    scenario: str = "nominal",
+    preset: str = "nominal",
+    action_mode: str = "tracking",
+    **options: Any,
+) -> EnvParams:
+    """Parameters from names and options; what is given explicitly wins.
+
+    Args:
+        task: "approach", "push" or "transport".
+        num_boats: 2 to 100; None takes the preset's (4, in ``paper_simulation`` 10).
+        scenario: what disturbs the world, a key of ``SCENARIOS``.
+        preset: which world, a key of ``PRESETS``.
+        action_mode: "tracking" or "thrusters".
+        **options: any field of ``TaskParams`` by its name (``goal``, ``side``,
+            ``time_limit`` ...), or a whole section (``boat``, ``vessel``, ``water``,
+            ``sensors``, ``clock``, ``task``, ``variation``, ``reward``), as its dataclass or
+            as a mapping of the fields that differ. The section ``task`` goes by the name
+            ``task_params``.
+
+    Returns:
+        Validated parameters. The vessel grows with the team unless its length is given;
+        distances and times of the task scale with the vessel.
+
+    Raises:
+        ValueError: an unknown name (with the nearest known one) or a value out of range.
+        TypeError: a section that is neither its dataclass nor a mapping.
+    """
+    choice("task", task, ("approach", "push", "transport"))
+    choice("scenario", scenario, SCENARIOS)
+    choice("preset", preset, PRESETS)
+    team = check_num_boats(DEFAULT_TEAM.get(preset, 4) if num_boats is None else num_boats)
+    given = _by_section(options)
+    layers = (PRESETS[preset], SCENARIOS[scenario], given)
+
+    boat = _merged(_preset_boat(preset, team), "boat", layers)
+    vessel = _vessel(boat, team, preset, layers)
+    nominal_task = TaskParams(name=task)
+    if "arena" not in PRESETS[preset].get("task", {}):
+        nominal_task = nominal_task.scaled(vessel.length / NOMINAL_LENGTH)
+    sections = {"boat": boat, "vessel": vessel, "task": _merged(nominal_task, "task", layers)}
+    for f in fields(EnvParams):
+        if f.name in SECTIONS and f.name not in sections:
+            sections[f.name] = _merged(f.default_factory(), f.name, layers)  # type: ignore[misc]
+    return EnvParams(num_boats=team, action_mode=action_mode, **sections)
+
+
+def _preset_boat(preset: str, team: int) -> BoatParams:
+    """The nominal boat, shrunk in the paper's simulation so that the team fits its plank."""
+    boat = BoatParams()
+    if preset != "paper_simulation":
+        return boat
+    pitch = NOMINAL_LENGTH / max(team - 1, 1)
+    return boat.scaled(min(1.0, 0.8 * pitch / boat.width))
+
+
+def _vessel(
+    boat: BoatParams, team: int, preset: str, layers: tuple[dict[str, Any], ...]
+) -> VesselParams:
+    """The nominal vessel, as long as the team needs, with what is given on top."""
+    lengths = [_field(layer.get("vessel"), "length") for layer in layers]
+    given = [length for length in lengths if length is not None]
+    needed = max(NOMINAL_LENGTH, (team - 1) * (boat.width + 0.01))
+    vessel = VesselParams().stretched(given[-1] if given else needed)
+    if preset == "paper_simulation":
+        # "the sum of the ASVs' weights is equal to the individual weight of the vessel"
+        vessel = replace(vessel, mass=team * boat.mass, inertia=None)
+    return _merged(vessel, "vessel", layers)
+
+
+def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options sorted into sections; task fields come flat."""
+    given: dict[str, Any] = {}
+    flat: dict[str, Any] = {}
+    for name, value in options.items():
+        if name in TASK_OPTIONS:
+            flat[name] = value
+        elif name == "task_params":
+            given["task"] = value
+        elif name in SECTIONS and name != "task":
+            given[name] = value
+        else:
+            known = sorted({*TASK_OPTIONS, *SECTIONS, "task_params", "num_boats", "scenario"})
+            choice("option", name, known + ["preset", "action_mode", "render_mode"])
+    if flat:
+        given["task"] = {**_as_mapping(given.get("task", {}), "task"), **flat}
+    return given
+
+
+def _merged(base: Any, section: str, layers: tuple[dict[str, Any], ...]) -> Any:
+    """One section with the layers' overrides on top, the last the strongest."""
+    for layer in layers:
+        if section not in layer:
+            continue
+        override = layer[section]
+        if isinstance(override, type(base)):
+            base = override
+        else:
+            changes = _as_mapping(override, section)
+            known = [f.name for f in fields(base)]
+            for name in changes:
+                choice(f"{section} parameter", name, known)
+            base = replace(base, **changes)
+    return base
+
+
+def _as_mapping(override: Any, section: str) -> dict[str, Any]:
+    if is_dataclass(override) and not isinstance(override, type):
+        return {f.name: getattr(override, f.name) for f in fields(override)}
+    if not isinstance(override, Mapping):
+        raise TypeError(
+            f"{section} = {override!r}: give its dataclass or a mapping of the fields that differ"
+        )
+    return dict(override)
+
+
+def _field(override: Any, name: str) -> float | None:
+    """A field of an override, None where it is not given."""
+    if override is None or isinstance(override, Mapping):
+        value = (override or {}).get(name)
+    else:
+        value = getattr(override, name, None)
+    if value is not None and not (isinstance(value, int | float) and 0 < value < math.inf):
+        raise ValueError(f"{name} = {value!r}: must be a positive, finite number of metres")
+    return value

@@ -1,0 +1,334 @@
+"""The environment, batched: many worlds advance by one control step at a time.
+
+Everything that the faces offer is here; they only translate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from typing import Any
+
+import numpy as np
+
+from asv_env import formation, metrics, observation, reward, scenarios, termination
+from asv_env.dynamics import Dynamics
+from asv_env.formation import Relations, relate
+from asv_env.geometry import plane, wrap
+from asv_env.params import EnvParams
+from asv_env.sensors import Sensors
+from asv_env.types import (
+    Action,
+    Bool,
+    Ending,
+    Float,
+    Observation,
+    Sensed,
+    State,
+    TimeStep,
+    put_rows,
+    rows,
+)
+
+WORLDS_PER_SPACE = 128
+LOSING = 2.0
+"""Closure, once formed, is lost when a boat is this many slot tolerances away from its slot."""
+
+
+class Simulation:
+    """``num_worlds`` independent worlds of one task.
+
+    Observation (W, A, K) float32, action (W, A, 2) in [-1, 1], reward (W, A). Every world has
+    its own random Generator; nothing that happens in one touches another. A world that is over
+    has to be reset before the next step but one.
+
+    Args:
+        params: see ``presets.make_params``.
+        num_worlds: W.
+        worlds_per_space: how many worlds share a Pymunk Space. 128 is fastest; with 1 every
+            world computes at the origin and its results do not depend on the batch.
+
+    Attributes:
+        params: as given.
+        num_worlds: W.
+        state: the truth. Not to be written to.
+        relations: of the true motion.
+        ending: how the worlds stood after the last step.
+    """
+
+    state: State
+    relations: Relations
+    ending: Ending
+
+    def __init__(
+        self, params: EnvParams, num_worlds: int = 1, worlds_per_space: int = WORLDS_PER_SPACE
+    ) -> None:
+        for name, value in (("num_worlds", num_worlds), ("worlds_per_space", worlds_per_space)):
+            if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+                raise ValueError(f"{name} = {value!r}: must be a whole number of at least 1")
+        self.params = params
+        self.num_worlds = num_worlds
+        self._dynamics = Dynamics(params, num_worlds, worlds_per_space)
+        self._sensors = Sensors(params, num_worlds)
+        self._rngs: dict[int, np.random.Generator] = {}
+        self._failure_tick = np.full((num_worlds, params.num_boats), metrics.NEVER)
+        self._steps_over = np.full(num_worlds, 2)
+        self._make_records()
+
+    def _make_records(self) -> None:
+        """Makes the records of all worlds; ``reset`` fills them."""
+        worlds, team = self.num_worlds, self.params.num_boats
+        none = np.zeros(worlds, dtype=np.bool_)
+        self.ending = Ending(none, none, none)
+        self.state = State(
+            motion=np.zeros((worlds, 1 + team, 6)),
+            goal=np.zeros((worlds, 3)),
+            tick=np.zeros(worlds, dtype=np.int64),
+            thrust=np.zeros((worlds, team, 2)),
+            working=np.ones((worlds, team), dtype=np.bool_),
+            slot=np.zeros((worlds, team), dtype=np.complex128),
+            side=np.ones(worlds),
+            touching=np.zeros((worlds, team, 2), dtype=np.bool_),
+            closed=none.copy(),
+            held=np.zeros(worlds, dtype=np.int64),
+            anchored=none.copy(),
+        )
+        self._relative_goal = np.zeros((worlds, 3))
+        self.relations = _relations(self.state)
+        self._potentials = reward.potentials(self.relations, self.state, self.params)
+        self._tally = metrics.fresh(self.relations)
+
+    # ------------------------------------------------------------------ episodes
+
+    def reset(
+        self,
+        mask: Bool | None = None,
+        seeds: Sequence[int | None] | None = None,
+        goal: Any = None,
+    ) -> Observation:
+        """Begins new episodes.
+
+        Args:
+            mask: (W,) worlds to reset; None resets all.
+            seeds: one for each world that is reset; a world whose seed is None goes on with
+                its own Generator.
+            goal: (3,) pose that overrides the goal of these episodes, m, m, rad.
+
+        Returns:
+            Observations (n, A, K) of the worlds that were reset.
+
+        Raises:
+            ValueError: a mask or seeds of the wrong shape, a bad seed or goal.
+        """
+        index = self._rows_to_reset(mask)
+        self._seed(index, [None] * len(index) if seeds is None else seeds)
+        if goal is not None:
+            goal = np.array(self.params.task.checked_goal(goal))
+        for world in index:
+            self._begin(int(world), goal)
+        some = rows(self.state, index)
+        put_rows(self.relations, index, _relations(some))
+        self._restart_potentials(index)
+        put_rows(self._tally, index, metrics.fresh(rows(self.relations, index)))
+        self._steps_over[index] = 0
+        self._sensors.reset(index, some.motion, self._rngs)
+        return self._observe(index)
+
+    def _rows_to_reset(self, mask: Bool | None) -> np.ndarray:
+        if mask is None:
+            return np.arange(self.num_worlds)
+        mask = np.asarray(mask)
+        if mask.shape != (self.num_worlds,) or mask.dtype != np.bool_:
+            raise ValueError(
+                f"mask of shape {mask.shape} and type {mask.dtype}: must be bool of shape "
+                f"({self.num_worlds},)"
+            )
+        return np.flatnonzero(mask)
+
+    def _seed(self, index: np.ndarray, seeds: Sequence[int | None]) -> None:
+        if len(seeds) != len(index):
+            raise ValueError(f"{len(seeds)} seeds for {len(index)} worlds: give one for each")
+        for seed in seeds:
+            whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
+            if seed is not None and not (whole and seed >= 0):
+                raise ValueError(f"seed = {seed!r}: must be a whole number of at least 0 or None")
+        for world, seed in zip(index, seeds, strict=True):
+            if seed is not None or world not in self._rngs:
+                self._rngs[world] = np.random.default_rng(seed)
+
+    def _begin(self, world: int, goal: Float | None) -> None:
+        """Places one world at the start of an episode."""
+        state, task = self.state, self.params.task
+        start = scenarios.draw(self.params, self._rngs[world], goal)
+        self._dynamics.place(world, start)
+        self._failure_tick[world] = start.failure_tick
+        self._relative_goal[world] = start.goal
+        state.motion[world] = start.motion
+        state.goal[world] = start.goal
+        state.tick[world] = state.held[world] = 0
+        state.thrust[world] = 0.0
+        state.working[world] = True
+        state.touching[world] = False
+        state.side[world] = start.side
+        state.closed[world] = task.name == "push"
+        state.anchored[world] = task.goal_anchor == "world" or task.name == "push"
+        self._assign(world)
+
+    def _assign(self, world: int) -> None:
+        state = self.state
+        state.slot[world] = formation.assign_slots(
+            self.params, state.motion[world], state.working[world], state.side[world]
+        )
+
+    # ------------------------------------------------------------------ steps
+
+    def step(self, action: Any) -> TimeStep:
+        """Advances every world by one control step.
+
+        Args:
+            action: (W, A, 2), finite; clipped to [-1, 1]. Speed and yaw rate with
+                ``action_mode="tracking"``, left and right thruster with "thrusters".
+
+        Raises:
+            RuntimeError: a world was never reset, or went on after its end.
+            ValueError: an action of the wrong shape, or not finite.
+        """
+        self._check_running()
+        command = self._checked(action)
+        before = copy(self.state)
+        self._move(command)
+        state = self.state
+        state.tick = state.tick + 1
+        self.relations = _relations(state)
+        holds = self._judge_closure()
+        water = self._dynamics.current(self.relations.position[:, 0])
+        self.ending = termination.ending(self.relations, state, water, self.params)
+        self._steps_over += self.ending.terminated | self.ending.timed_out | (self._steps_over > 0)
+
+        after = reward.potentials(self.relations, state, self.params)
+        terms = reward.terms(self._potentials, after, state, self.ending, self.params)
+        rewards = reward.total(terms, self.params.num_boats)
+        self._potentials = after
+        metrics.update(
+            self._tally, before, state, self.relations, holds, rewards, self.params
+        )
+        self._change_roles()
+        return TimeStep(self._observe(), rewards, self.ending, terms)
+
+    def _check_running(self) -> None:
+        if (self._steps_over > 1).any():
+            world = int(np.argmax(self._steps_over))
+            raise RuntimeError(
+                f"step: world {world} has not been reset since its episode ended or the "
+                "simulation was made; call reset first"
+            )
+
+    def _checked(self, action: Any) -> Action:
+        try:
+            command = np.asarray(action, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise TypeError(f"action of type {type(action).__name__}: give numbers") from error
+        shape = self.state.thrust.shape
+        if command.shape != shape:
+            raise ValueError(f"action of shape {command.shape}: must be {shape}")
+        if not np.isfinite(command).all():
+            world, boat, _ = np.argwhere(~np.isfinite(command))[0]
+            raise ValueError(
+                f"action {command[world, boat]} of boat {boat} in world {world}: must be finite; "
+                "check the policy for NaN"
+            )
+        return np.minimum(np.maximum(command, -1.0), 1.0)
+
+    def _move(self, command: Action) -> None:
+        """Physics and sensing of one control step."""
+        clock, state = self.params.clock, self.state
+        for _ in range(clock.sensing // clock.control):
+            motion = self._dynamics.advance(
+                command, state.working, clock.physics // clock.sensing
+            )
+            motion[..., 2] = wrap(motion[..., 2])
+            self._sensors.sense(motion, self._rngs)
+        state.motion = motion
+        state.thrust = self._dynamics.motors.thrust.copy()
+        state.touching = self._dynamics.touching()
+
+    def _judge_closure(self) -> Bool:
+        """Brings ``closed`` and ``held`` up to date; (W, A) whether each boat holds its slot."""
+        state, task = self.state, self.params.task
+        holds = formation.holding(self.relations, task)
+        idle = ~state.working
+        all_hold = np.logical_and.reduce(holds | idle, axis=1)
+        near = self.relations.slot_error <= LOSING * task.slot_distance
+        state.closed = all_hold | (state.closed & np.logical_and.reduce(near | idle, axis=1))
+        state.held = (state.held + 1) * all_hold
+        return holds
+
+    def _change_roles(self) -> None:
+        """Failures and the anchoring of goals, which take effect from the next step on."""
+        state = self.state
+        fails = self._failure_tick == state.tick[:, None]
+        anchors = state.closed & ~state.anchored
+        changed = np.flatnonzero(fails.any(axis=1) | anchors)
+        if not len(changed):
+            return
+        state.working = state.working & ~fails
+        for world in changed:
+            if fails[world].any():
+                self._assign(world)
+            if anchors[world]:
+                state.goal[world] = _anchored(self._relative_goal[world], state.motion[world, 0])
+        state.anchored = state.anchored | anchors
+        put_rows(self.relations, changed, _relations(rows(state, changed)))
+        self._restart_potentials(changed)
+
+    def _restart_potentials(self, index: np.ndarray) -> None:
+        """Potentials of worlds whose slots or goals are new: no reward for the change itself."""
+        some = reward.potentials(rows(self.relations, index), rows(self.state, index), self.params)
+        put_rows(self._potentials, index, some)
+
+    # ------------------------------------------------------------------ what is known
+
+    @property
+    def sensed(self) -> Sensed:
+        """What the boats know now; the input of scripted policies."""
+        state = self.state
+        return Sensed(
+            measured=self._sensors.measured,
+            estimate=self._sensors.estimate,
+            goal=state.goal,
+            tick=state.tick,
+            working=state.working,
+            slot=state.slot,
+            side=state.side,
+            touching=state.touching,
+            closed=state.closed,
+            anchored=state.anchored,
+        )
+
+    def _observe(self, index: np.ndarray | None = None) -> Observation:
+        sensed, relations = self.sensed, self.relations
+        if index is not None:
+            sensed, relations = rows(sensed, index), rows(relations, index)
+        if not self.params.sensors.exact:
+            relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
+        return observation.observe(sensed, relations, self.params)
+
+    def summary(self) -> dict[str, Any]:
+        """Metrics of the episodes so far, each (W,); see ``metrics.summary``."""
+        return metrics.summary(self._tally, self.state, self.relations, self.ending, self.params)
+
+    def current(self, position: Float) -> Float:
+        """Velocity of the water (..., 2) at positions (..., 2) of a world, m/s."""
+        flow = self._dynamics.current(plane(np.ascontiguousarray(position, dtype=np.float64)))
+        return np.stack([flow.real, flow.imag], axis=-1)
+
+
+def _relations(state: State) -> Relations:
+    return relate(state.motion, state.goal, state.slot, state.side)
+
+
+def _anchored(relative: Float, vessel: Float) -> Float:
+    """A goal (3,) given in the frame of the vessel's motion (6,), in the world."""
+    turn = np.exp(1j * vessel[2])
+    point = vessel[0] + 1j * vessel[1] + turn * (relative[0] + 1j * relative[1])
+    return np.array([point.real, point.imag, float(wrap(vessel[2] + relative[2]))])

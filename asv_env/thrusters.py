@@ -1,0 +1,73 @@
+"""Differential drive: two motors, their limits and lag, and the wrench that they make."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asv_env.params import BoatParams
+from asv_env.types import Bool, Float
+
+LEFT_RIGHT = np.array([-1.0, 1.0])
+
+
+def from_command(command: Float, boat: BoatParams) -> Float:
+    """Thrust of each motor, N, for commands in [-1, 1]: linear, weaker astern."""
+    return boat.thrust * np.where(command < 0, boat.astern * command, command)
+
+
+def from_demand(demand: Float) -> Float:
+    """Thrust of the left and right motor, N, without their limits.
+
+    Args:
+        demand: (..., 2) half the surge force, N, and the yaw moment over twice the lever
+            arm, N: what both motors give and by how much they differ.
+    """
+    return demand[..., :1] + LEFT_RIGHT * demand[..., 1:]
+
+
+def limited(thrust: Float, boat: BoatParams) -> Float:
+    """Thrust (...) that a motor can give, N."""
+    return np.minimum(np.maximum(thrust, -boat.astern * boat.thrust), boat.thrust)
+
+
+class Motors:
+    """The motors of ``num_worlds`` teams: first-order lag, and gains that differ.
+
+    Attributes:
+        thrust: (W, A, 2) what the left and right motor give now, N.
+    """
+
+    def __init__(self, boat: BoatParams, num_worlds: int, num_boats: int) -> None:
+        self._arm = boat.lever_arm
+        self.thrust = np.zeros((num_worlds, num_boats, 2))
+        self._left, self._right = self.thrust[..., 0], self.thrust[..., 1]
+        self._gain = np.ones(self.thrust.shape)
+        self._keep = np.ones((num_worlds, 1, 1))
+        self._response = np.ones(self.thrust.shape)
+
+    def start(self, world: int, gain: Float, dt_per_lag: float) -> None:
+        """Motors of one world off, with gains (A, 2) and physics step over time constant.
+
+        The lag is integrated exactly for a thrust that is wanted for a whole step.
+        """
+        self.thrust[world] = 0.0
+        self._gain[world] = gain
+        self._keep[world] = np.exp(-dt_per_lag)
+
+    def enable(self, working: Bool) -> None:
+        """Lets only the boats (W, A) whose thrusters work answer from now on."""
+        self._response = self._gain * working[..., None] * (1.0 - self._keep)
+
+    def drive(self, wanted: Float, surge: Float, yaw: Float) -> None:
+        """One physics step towards the thrusts wanted; writes the forces that result.
+
+        Args:
+            wanted: (W, A, 2) thrust of each motor, N, within its limits.
+            surge: (W, A) receives the force ahead, N.
+            yaw: (W, A) receives the moment, N m.
+        """
+        self.thrust *= self._keep
+        self.thrust += self._response * wanted
+        np.add(self._left, self._right, out=surge)
+        np.subtract(self._right, self._left, out=yaw)
+        yaw *= self._arm

@@ -1,0 +1,153 @@
+"""The records that flow between the modules. No logic.
+
+Axes: ``W`` worlds, ``A`` boats, ``B = 1 + A`` bodies (row 0 is the vessel), ``K`` features.
+SI units; headings in radians, counter-clockwise from +x, wrapped to (-pi, pi].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Int = NDArray[np.int64]
+Bool = NDArray[np.bool_]
+Action = NDArray[np.float32]
+Observation = NDArray[np.float32]
+
+Record = TypeVar("Record")
+
+
+def rows(record: Record, index: Any) -> Record:
+    """The same record for some of its worlds: every array indexed along ``W``."""
+    taken = {f.name: getattr(record, f.name)[index] for f in fields(record)}  # type: ignore[arg-type]
+    return type(record)(**taken)
+
+
+def put_rows(record: Record, index: Any, new: Record) -> None:
+    """Overwrites some worlds of a record, in place."""
+    for f in fields(record):  # type: ignore[arg-type]
+        getattr(record, f.name)[index] = getattr(new, f.name)
+
+
+@dataclass
+class State:
+    """The truth about every world: all that persists from one control tick to the next.
+
+    Attributes:
+        motion: (W, B, 6) x m, y m, heading rad, vx m/s, vy m/s, yaw rate rad/s; world frame.
+        goal: (W, 3) pose that the vessel is to reach; m, m, rad.
+        tick: (W,) control ticks since the episode began.
+        thrust: (W, A, 2) what the left and right thruster give now, N.
+        working: (W, A) whether the boat's thrusters work.
+        slot: (W, A) vessel-frame position u + iw of the boat's slot, m.
+        side: (W,) +1 where the team pushes from the vessel's +n side, -1 from the other.
+        touching: (W, A, 2) whether the hull touches the vessel, another boat.
+        closed: (W,) whether conditional closure has been formed and not lost since.
+        held: (W,) control ticks for which every slot has been held without a break.
+        anchored: (W,) whether the goal is final (see ``goal_anchor``).
+    """
+
+    motion: Float
+    goal: Float
+    tick: Int
+    thrust: Float
+    working: Bool
+    slot: Complex
+    side: Float
+    touching: Bool
+    closed: Bool
+    held: Int
+    anchored: Bool
+
+
+@dataclass
+class Sensed:
+    """What the boats know: one measurement and one filtered estimate, shared by the team.
+
+    The only source of both kinds of policy. Without noise all motions are the true one.
+
+    Attributes:
+        measured: (W, B, 6) the latest raw measurement, as ``State.motion``.
+        estimate: (W, B, 6) the filtered motion; observations are computed from it.
+        goal, tick, working, slot, side, touching, closed, anchored: as in ``State``.
+    """
+
+    measured: Float
+    estimate: Float
+    goal: Float
+    tick: Int
+    working: Bool
+    slot: Complex
+    side: Float
+    touching: Bool
+    closed: Bool
+    anchored: Bool
+
+
+@dataclass
+class Start:
+    """How one world begins: drawn by ``scenarios.draw``, placed by the simulation.
+
+    Attributes:
+        motion: (B, 6) initial motion.
+        goal: (3,) goal pose; relative to the vessel at closure if ``goal_anchor="closure"``.
+        side: +1.0 or -1.0, the side of the vessel that is pushed.
+        thrust_gain: (A, 2) factor on the thrust of each motor.
+        lag: time constant of the thrusters, s.
+        drag_gain: (B,) factor on all drag coefficients of a body.
+        mass_gain: (B,) factor on mass and inertia of a body.
+        friction: contact friction coefficient.
+        failure_tick: (A,) control tick at which the boat's thrusters die; -1 never.
+    """
+
+    motion: Float
+    goal: Float
+    side: float
+    thrust_gain: Float
+    lag: float
+    drag_gain: Float
+    mass_gain: Float
+    friction: float
+    failure_tick: Int
+
+
+@dataclass
+class Ending:
+    """How the worlds stand with their ends, each (W,) bool.
+
+    Success and straying terminate an episode, the time limit truncates it.
+    """
+
+    reached: Bool
+    strayed: Bool
+    timed_out: Bool
+
+    @property
+    def terminated(self) -> Bool:
+        return self.reached | self.strayed
+
+    @property
+    def truncated(self) -> Bool:
+        return self.timed_out & ~self.terminated
+
+
+@dataclass
+class TimeStep:
+    """What one control step gives back.
+
+    Attributes:
+        observation: (W, A, K) float32.
+        reward: (W, A).
+        ending: why worlds end at this step, if they do.
+        terms: the weighted reward terms by name, (W, 1) shared or (W, A) of a boat's own.
+    """
+
+    observation: Observation
+    reward: Float
+    ending: Ending
+    terms: dict[str, Float] = field(default_factory=dict)

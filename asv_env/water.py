@@ -1,0 +1,61 @@
+"""What the water does to a hull: currents, and drag of the motion relative to them.
+
+Per axis of the hull (surge, sway, yaw) the drag is (linear + quadratic |v|) v. It is integrated
+implicitly: with effective mass m and step dt the speed becomes
+
+    v' = (v + dt F / m) / (1 + dt (linear + quadratic |v|) / m)
+
+so drag alone can never reverse a motion, whatever the coefficients; the terminal speed under a
+constant force is exact for any dt, and so is the coasting distance for purely linear drag.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from asv_env.params import HullParams, WaterParams
+from asv_env.types import Complex, Float
+
+
+def coefficients(hulls: Sequence[HullParams]) -> tuple[Float, Float]:
+    """Linear and quadratic drag coefficients, each (B, 3) surge, sway, yaw, of hulls (B,)."""
+    table = np.array([(hull.surge, hull.sway, hull.yaw) for hull in hulls], dtype=np.float64)
+    return table[..., 0], table[..., 1]
+
+
+def damped(
+    wrench: Float, velocity: Float, linear: Float, quadratic: Float, dt_per_mass: Float
+) -> Float:
+    """Total wrench whose explicit step has the effect of ``wrench`` and implicit drag.
+
+    Args:
+        wrench: (..., 3) surge N, sway N, yaw N m from everything but the water.
+        velocity: (..., 3) surge m/s, sway m/s, yaw rate rad/s relative to the water.
+        linear: (..., 3) linear drag coefficients.
+        quadratic: (..., 3) quadratic drag coefficients.
+        dt_per_mass: (..., 3) physics step over effective mass, mass and inertia.
+    """
+    coefficient = linear + quadratic * np.abs(velocity)
+    return (wrench - coefficient * velocity) / (1.0 + coefficient * dt_per_mass)
+
+
+def current(params: WaterParams, position: Complex) -> Complex:
+    """Velocity of the water (...,) at positions x + iy (...,), m/s.
+
+    The gyres are steady and free of divergence, with stream functions proportional to
+    cos(pi x/s) cos(pi y/s) (one vortex round the origin) and sin(pi x/s) cos(pi y/s) (two
+    vortices beside a jet along +y through the origin), s the cell size; the peak speed is
+    ``current_speed``.
+    """
+    flow = np.zeros(position.shape, dtype=np.complex128)
+    if params.current == "uniform":
+        flow += params.current_speed * np.exp(1j * params.current_heading)
+    elif params.current != "still":
+        k = np.pi / params.gyre_size
+        shift = 0.0 if params.current == "double_gyre" else np.pi / 2
+        x, y = k * position.real + shift, k * position.imag
+        flow.real = params.current_speed * np.sin(x) * np.sin(y)
+        flow.imag = params.current_speed * np.cos(x) * np.cos(y)
+    return flow

@@ -1,0 +1,128 @@
+"""What several tests need: worlds placed by hand, and records of what happens in them."""
+
+from dataclasses import fields, replace
+from unittest import mock
+
+import numpy as np
+
+from asv_env import scenarios
+from asv_env.presets import make_params
+from asv_env.simulation import Simulation
+
+NO_DRAG = {"surge": (0.0, 0.0), "sway": (0.0, 0.0), "yaw": (0.0, 0.0)}
+NO_VESSEL_DRAG = {**NO_DRAG, "fins": 0.0}
+DOWN = -np.pi / 2
+"""Heading of a boat that pushes the vessel from its +n side."""
+
+
+def open_water(num_boats=2, rate=50, control=None, **options):
+    """Parameters of a wide basin where nothing ends an episode; thrusters driven directly.
+
+    Args:
+        num_boats: 2 or more.
+        rate: of the physics, Hz.
+        control: of actions and records, Hz; None records every physics step.
+        **options: as of ``make_params``.
+    """
+    control = rate if control is None else control
+    free = {
+        "action_mode": "thrusters",
+        "clock": {"physics": rate, "sensing": control, "control": control},
+        "arena": 100.0,
+        "goal": (90.0, 90.0, 0.0),
+        "time_limit": 1e5,
+    }
+    return make_params("push", num_boats, **{**free, **options})
+
+
+def bodies(vessel=(), *boats):
+    """Motion (B, 6) of a vessel and boats; each row may leave out its last entries."""
+    motion = np.zeros((1 + len(boats), 6))
+    for row, given in zip(motion, (vessel, *boats), strict=True):
+        row[: len(given)] = given
+    return motion
+
+
+class World:
+    """Simulation of one world that begins with a given motion (B, 6)."""
+
+    def __init__(self, params, motion, **start):
+        self.params = params
+        self.sim = Simulation(params)
+        begin_at(self.sim, [motion], **start)
+
+    @property
+    def motion(self):
+        return self.sim.state.motion[0]
+
+    @property
+    def thrust(self):
+        return self.sim.state.thrust[0]
+
+    def step(self, action=0.0):
+        self.sim.step(actions(self.sim, action))
+        return self.motion
+
+    def run(self, seconds, action=0.0):
+        """Motion (B, 6) after some time under one action."""
+        for _ in range(round(seconds * self.params.clock.control)):
+            self.step(action)
+        return self.motion
+
+    def record(self, seconds, action=0.0):
+        """Motions (T + 1, B, 6) at every control tick, headings unwrapped."""
+        ticks = round(seconds * self.params.clock.control)
+        motions = np.array([self.motion] + [self.step(action) for _ in range(ticks)])
+        motions[..., 2] = np.unwrap(motions[..., 2], axis=0)
+        return motions
+
+
+def begin_at(sim, motions, mask=None, **start):
+    """Resets a simulation's worlds to given motions (n, B, 6), with other fields of ``Start``."""
+    draw, waiting = scenarios.draw, iter(motions)
+
+    def drawn(params, rng, goal=None):
+        return replace(draw(params, rng, goal), motion=np.array(next(waiting)), **start)
+
+    with mock.patch.object(scenarios, "draw", drawn):
+        return sim.reset(mask, seeds=[0] * len(motions))
+
+
+def actions(sim, action):
+    """An action of any shape that broadcasts, for all boats of all worlds."""
+    return np.broadcast_to(np.asarray(action, dtype=np.float32), sim.state.thrust.shape)
+
+
+def masses(params):
+    """Effective masses and inertias (B,) of vessel and boats, kg and kg m^2."""
+    hulls = (params.vessel, *[params.boat] * params.num_boats)
+    mass = [hull.mass + hull.added_mass for hull in hulls]
+    return np.array(mass), np.array([hull.total_inertia for hull in hulls])
+
+
+def momentum(params, motion):
+    """Linear momentum (..., 2) of all bodies of motions (..., B, 6), kg m/s."""
+    return (masses(params)[0][:, None] * motion[..., 3:5]).sum(axis=-2)
+
+
+def kinetic_energy(params, motion):
+    """Kinetic energy (...,) of motions (..., B, 6), J."""
+    mass, inertia = masses(params)
+    squares = (motion[..., 3:5] ** 2).sum(axis=-1)
+    return 0.5 * (mass * squares + inertia * motion[..., 5] ** 2).sum(axis=-1)
+
+
+def turned(motion, angle, shift=0j):
+    """Motions or poses (..., 3 or 6) of a world turned about its origin, then moved."""
+    moved = np.array(motion, dtype=float)
+    for column in (0, 3)[: moved.shape[-1] // 3]:
+        vector = (moved[..., column] + 1j * moved[..., column + 1]) * np.exp(1j * angle)
+        vector = vector + (shift if column == 0 else 0)
+        moved[..., column], moved[..., column + 1] = vector.real, vector.imag
+    moved[..., 2] = (moved[..., 2] + angle + np.pi) % (2 * np.pi) - np.pi
+    return moved
+
+
+def copied(record):
+    """A record whose arrays stay what they are while the simulation goes on."""
+    return type(record)(**{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
