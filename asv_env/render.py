@@ -15,7 +15,7 @@ from asv_env.camera import Camera, Trail, first_box, next_box
 from asv_env.geometry import plane
 from asv_env.params import EnvParams, choice
 from asv_env.scene import DESIGN, WATER_BOTTOM, WATER_TOP, Colour, Scene, has_goal, mix
-from asv_env.types import Complex, Float, State, rows
+from asv_env.types import Float, State, rows
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 try:
@@ -69,7 +69,7 @@ class Viewer:
         self._still, self._sheet = _Sheet(self.size, text), _Sheet(self.size, text)
         self._frame = pygame.Surface(self.size, 0, 32)
         self._window: pygame.Surface | None = None
-        self._last: tuple[int, int, Complex] | None = None
+        self._last: tuple[int, int, Float] | None = None
 
     def draw(self, state: State, world: int = 0) -> Frame | None:
         """Draws one world.
@@ -105,10 +105,10 @@ class Viewer:
 
     def _follow(self, state: State, world: int) -> None:
         """Brings trail, camera and scenery up to one world of a state."""
-        params, position = self.params, plane(state.motion).copy()
+        params = self.params
         goal = state.goal if has_goal(params) else None
-        if self._begins(world, int(state.tick), position):
-            bodies = len(position)
+        if self._begins(state, world):
+            bodies = 1 + params.num_boats
             limit = min(1500, max(200, TRAIL_POINTS // bodies))
             self._trail = Trail(bodies, 0.02 * params.vessel.length, limit)
             self._look(first_box(params, state.motion, goal))
@@ -116,16 +116,16 @@ class Viewer:
             box = next_box(self._box, params, state.motion, goal)
             if box != self._box:
                 self._look(box)
-        self._trail.record(int(state.tick), position)
-        self._last = world, int(state.tick), position
+        self._trail.record(int(state.tick), plane(state.motion))
+        self._last = world, int(state.tick), _arrangement(state)
 
-    def _begins(self, world: int, tick: int, position: Complex) -> bool:
+    def _begins(self, state: State, world: int) -> bool:
         """Whether this is another episode than that of the frame before."""
         if self._last is None:
             return True
-        last_world, last_tick, last_position = self._last
-        moved = tick == last_tick and not np.array_equal(position, last_position)
-        return world != last_world or tick < last_tick or moved
+        last_world, last_tick, arrangement = self._last
+        again = state.tick == last_tick and not np.array_equal(_arrangement(state), arrangement)
+        return world != last_world or bool(state.tick < last_tick) or again
 
     def _look(self, box: tuple[complex, complex]) -> None:
         """Points the camera at a box of the world and paints what does not move."""
@@ -206,6 +206,11 @@ class _Sheet:
         setattr(box, anchor, (self.FINE * where[0], self.FINE * where[1]))
         self.surface.blit(image, box)
         return image.get_width() / self.FINE
+
+
+def _arrangement(state: State) -> Float:
+    """What tells one world of a state from others at the same tick: its goal and motion."""
+    return np.concatenate([state.goal, state.motion.ravel()])
 
 
 def _checked_size(size: Sequence[int]) -> tuple[int, int]:

@@ -41,8 +41,8 @@ TEAM = (
 
 TRAIL_BANDS = 14
 """Steps in which trails fade."""
-FADING = 0.35
-"""Time in which they do, time limits."""
+FADING, FAINTEST = 0.35, 0.35
+"""Time in which they do, time limits, and the share of colour that remains."""
 FLOW_SPACING, FLOW_LENGTH = 56.0, 44.0
 """Between lines of flow, and their length where the water is fastest, px."""
 ROOMY = 440
@@ -246,7 +246,7 @@ class Scene:
     def _paint_trails(self, canvas: Canvas, trail: Trail, state: State) -> None:
         points = np.concatenate([trail.points, plane(state.motion)[None]])
         ages = np.append(state.tick - trail.ticks, 0)
-        fresh = np.maximum(0.25, 1.0 - ages / (FADING * self._params.time_limit_ticks))
+        fresh = np.maximum(FAINTEST, 1.0 - ages / (FADING * self._params.time_limit_ticks))
         band = np.minimum((fresh * TRAIL_BANDS).astype(int), TRAIL_BANDS - 1)
         edges = [0, *(np.flatnonzero(np.diff(band)) + 1), len(points) - 1]
         pixels = self._camera.pixels(points.T)

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from baselines.arcs import Array, finite, positive, wrap
 from baselines.spiral import angular_distance, arc_length, exact_bearing_offset
 
-RAMP = 0.05
-CIRCLE_MARGIN = 0.03
+RAMP = 0.05  # m below the circle over which a boat turns from round to straight outwards
+CIRCLE_MARGIN = 0.03  # m between the inflated hull's corners and the circle
 
 
 def direction(x: ArrayLike, target_x: ArrayLike) -> NDArray[np.int_]:
@@ -117,14 +117,15 @@ def approach_heading(
     beyond it. Here a boat that is not yet above the hull goes round the vessel's centre (phi =
     pi/2, the paper's pure rotation, and outwards where it is too near); then the spiral leads it
     to the gate, a point above its slot; from there it descends straight, which also brings it
-    beside the ends. The heading is continuous but for a few degrees where the spiral begins.
+    beside the ends. The heading jumps only where the spiral begins, by less than 0.3 rad (1 rad
+    with `tangent`), and where the shorter way round changes sides.
 
     Args:
         position: (..., 2) m, boat in the vessel's frame (length along x, boats come from y > 0).
         slot: (..., 2) m, where the boat's centre arrives with heading -pi/2; y >= 0.
         vessel_length: (...) m.
         vessel_width: (...) m.
-        clearance: (...) m, least distance of the boat's centre from the hull under way.
+        clearance: (...) m, distance of the boat's centre from the hull, kept until the descent.
         sigma: (...) rad, of the spiral.
         direction: (...) D round the vessel, kept from `approach_direction`; None: looked up anew.
         tangent: go to the circle that clears the hull straight along its tangent, which is

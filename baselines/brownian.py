@@ -86,7 +86,8 @@ def simulate(
         ValueError: dt, stop_radius, sigma or r0 <= 0, duration < dt, negative noise, or a number
             is not finite.
     """
-    positive("dt", dt), positive("stop_radius", stop_radius)
+    positive("dt", dt)
+    positive("stop_radius", stop_radius)
     if not finite("duration", duration) >= dt:
         raise ValueError(f"duration must be at least dt = {dt}, got {duration}")
     if finite("noise_r", noise_r) < 0 or finite("noise_alpha", noise_alpha) < 0:

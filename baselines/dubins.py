@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from baselines.arcs import ArcPath, Array, finite_poses, pick, positive
 
-ANGLE_ROUNDING = 1e-10
-WORDS = ("LSL", "RSR", "LSR", "RSL", "LRL", "RLR")
+ANGLE_ROUNDING = 1e-10  # rad, a turn that falls short of 2 pi by less is none
+# First and last side of LSL RSR LSR RSL, outer side of LRL RLR; +1 is left.
 _CSC_SIDES = (np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, -1.0, -1.0, 1.0]))
 _CCC_SIDES = np.array([1.0, -1.0])
 

@@ -50,22 +50,27 @@ class Gains:
         sideways: course per distance by which a boat is off its slot along the hull, rad/m.
     """
 
-    sigma: float = 1.0
+    sigma: float = 0.7
     alpha1: float | None = 1.0
-    cruise: float = 0.12
+    cruise: float = 0.09
     push_speed: float = 0.05
     heading: float = 3.0
     standoff: float = 0.01
-    clearance: float = 0.09
+    clearance: float = 0.12
     path_scale: float = 0.35
     min_radius: float = 1.2
     load: float = 1.0
-    closing: float = 1.0
+    closing: float = 0.3
     braking: float = 0.85
     sideways: float = 0.45
     skid: float = 1.0
     foresight: float = 1.0
     grip: float = 3.0
+    approach_skid: float = 0.7
+    docking: float = 0.25
+    dock_skid: float = 0.7
+    retry: float = 0.15
+    turning: float = 2.0
 
 
 @dataclass
@@ -74,6 +79,7 @@ class Memory:
 
     Attributes:
         sense: (W, A) direction in which each boat goes round the vessel, 0 or 1.
+        astern: (W, A) boats that have missed their slots and go astern to try again.
         due: (W,) tick at which all boats are to arrive.
         pushing: (W,) whether the push has begun.
         start: (W, 3) start of the vessel's path.
@@ -83,6 +89,7 @@ class Memory:
     """
 
     sense: Int
+    astern: Bool
     due: Float
     pushing: Bool
     start: Float
@@ -147,6 +154,7 @@ class ScriptedPolicy:
             fresh = np.ones(worlds, dtype=np.bool_)
             memory = Memory(
                 sense=np.zeros((worlds, team), dtype=np.int64),
+                astern=np.zeros((worlds, team), dtype=np.bool_),
                 due=np.zeros(worlds),
                 pushing=np.zeros(worlds, dtype=np.bool_),
                 start=np.zeros((worlds, 3)),
@@ -156,8 +164,9 @@ class ScriptedPolicy:
             )
         memory = Memory(*(getattr(memory, f.name).copy() for f in fields(memory)))
         approaches = fresh | (memory.pushing & ~sensed.closed)
-        pushes = sensed.closed & (~memory.pushing | fresh)
-        memory.pushing = sensed.closed.copy()
+        closed = sensed.closed & (self.params.task.name != "approach")
+        pushes = closed & (~memory.pushing | fresh)
+        memory.pushing = closed
         self._plan_approach(relations, slot, sensed, memory, approaches)
         for world in np.flatnonzero(pushes):
             self._plan_push(relations, memory, world)
@@ -173,6 +182,7 @@ class ScriptedPolicy:
         longest = (length * sensed.working).max(axis=1)
         due = sensed.tick + longest / self.gains.cruise * self.params.clock.control
         memory.due[which] = due[which]
+        memory.astern[which] = False
 
     def _plan_push(self, relations: Relations, memory: Memory, world: int) -> None:
         """The path of the vessel from where it is to its goal."""
@@ -225,21 +235,44 @@ class ScriptedPolicy:
         course, length = braitenberg.approach_heading(*frame, direction=memory.sense)
         time_left = (memory.due - sensed.tick) / self.params.clock.control
         speed = approach_speed(length, time_left[:, None], max_speed=gains.cruise, min_speed=0.02)
-        speed = np.minimum(speed, 0.02 + gains.closing * length)
+        speed = np.minimum(speed, 0.02 + gains.closing * np.abs(waiting - relations.boat))
 
         gap = waiting - relations.boat
-        arrived = (np.abs(gap.real) < 0.03) & (np.abs(gap.imag) < 0.05)
-        aside = np.clip(3.0 * gap.real, -0.2, 0.2)
-        speed = np.where(arrived, np.clip(-gains.closing * gap.imag, -0.03, 0.03), speed)
-        course = np.where(arrived, aside - np.pi / 2, course)
+        height, aside = -gap.imag, np.abs(gap.real)
+        facing = relations.alignment.real > 0.3
+        docks = facing & (height < 0.25) & (aside < 0.012 + 0.3 * np.maximum(height, 0.0))
+        missed = facing & ~docks & self._at_hull(relations.boat)
+        memory.astern = (memory.astern & (height < gains.retry)) | missed
+        docks &= ~memory.astern
+        does, along = self._hull_at(relations, slot)
+        descent = does + np.clip(gains.docking * height, -0.05, 0.06)
+        lead = self._lead(relations, along + gains.sideways * gap.real, descent, gains.dock_skid)
+        speed = np.where(docks, descent, np.where(memory.astern, -0.06, speed))
+        course = np.where(docks, lead, np.where(memory.astern, 0.0, course + np.pi / 2)) - np.pi / 2
 
         vessel = relations.heading[:, :1]
-        drift = _drift(relations)
-        error = _angle(direction(course) * vessel / relations.heading[:, 1:]) - drift * ~arrived
-        error = wrap(error)
+        error = _angle(direction(course) * vessel / relations.heading[:, 1:])
+        error = wrap(error - gains.approach_skid * _drift(relations) * ~(docks | memory.astern))
         # A boat that faces away turns before it drives off.
-        speed = speed * np.clip(1.2 * np.cos(error), 0.1, 1.0) * np.where(arrived, 1.0, 1.0)
-        return np.stack([speed, gains.heading * error], axis=-1)
+        speed = speed * np.where(docks, 1.0, np.clip(1.5 * np.cos(error) - 0.3, 0.0, 1.0))
+        return np.stack([speed, gains.turning * error], axis=-1)
+
+    def _at_hull(self, boat: Complex) -> Bool:
+        """(W, A) boats so near the pushed side or an end that they had better go astern."""
+        reach = self.gains.clearance + 0.06
+        beside = np.abs(boat.real) < self._vessel.length / 2 + reach
+        return beside & (boat.imag < self._vessel.width / 2 + reach) & (boat.imag > -0.05)
+
+    def _hull_at(self, relations: Relations, slot: Complex) -> tuple[Float, Float]:
+        """Velocity (W, A) across and along itself that the vessel has at each slot, m/s."""
+        moves = (relations.velocity[:, 0] * relations.heading[:, 0].conj())[:, None]
+        yaw_rate = relations.yaw_rate[:, :1]
+        return -moves.imag - yaw_rate * slot.real, moves.real - yaw_rate * slot.imag
+
+    def _lead(self, relations: Relations, along: Float, ahead: Float, skid: float) -> Float:
+        """Heading (W, A) off the slot's that gives a velocity along the hull, skid allowed for."""
+        lead = np.arctan2(along, np.maximum(ahead, 0.03)) - skid * _drift(relations)
+        return np.clip(lead, -0.5, 0.5)
 
     # ------------------------------------------------------------------ push
 
@@ -253,9 +286,7 @@ class ScriptedPolicy:
         caging = np.abs(u) > self._end
         # Eq 16, its component along -n: what the hull ought to do at each slot, and what it does.
         ought = pushing.normal_speeds(u, curvature[:, None], speed[:, None])
-        moves = relations.velocity[:, 0] * relations.heading[:, 0].conj()
-        ahead, slips = -moves.imag, moves.real
-        does = ahead[:, None] - relations.yaw_rate[:, :1] * u
+        does, along = self._hull_at(relations, slot)
         load = self._load(curvature, speed, u, caging)
         gap = relations.slot_gap
         pushers = ought + load + gains.grip * (ought - does) - gains.closing * np.minimum(gap.imag, 0.0)
@@ -263,9 +294,8 @@ class ScriptedPolicy:
         forward = np.where(caging, cagers, pushers)
 
         # Along the hull a boat keeps up with what is before it: the vessel turns and slips.
-        along = slips[:, None] - relations.yaw_rate[:, :1] * slot.imag + gains.sideways * gap.real
-        lead = np.arctan2(along, np.maximum(does, 0.03)) - gains.skid * _drift(relations)
-        course = np.clip(lead, -0.5, 0.5) - np.pi / 2
+        lead = self._lead(relations, along + gains.sideways * gap.real, does, gains.skid)
+        course = lead - np.pi / 2
         vessel = relations.heading[:, :1]
         error = _angle(direction(course) * vessel / relations.heading[:, 1:])
         yaw_rate = (curvature * speed)[:, None] + gains.heading * error

@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from baselines.arcs import ArcPath, Array, finite, finite_poses, pick, positive, wrap
 
-ROUNDING = 1e-12
-SPOT_RADIUS = 1e-12
-LEAST_DETOUR_TURN = 1e-9
-RADIUS_TOLERANCE = 1e-9
+ROUNDING = 1e-12  # relative; below it lengths and angles are rounding errors
+SPOT_RADIUS = 1e-12  # m, stands for radius 0
+LEAST_DETOUR_TURN = 1e-9  # rad, where the limit of an infinite detour is cut off
+TOLERANCE = 1e-9  # relative on radii, and rad on turns too small to count
 
 
 def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
@@ -106,7 +106,7 @@ def feasible(path: ArcPath, min_radius: ArrayLike) -> NDArray[np.bool_]:
     Returns:
         (...) bool.
     """
-    least = positive("min_radius", min_radius)[..., None] * (1 - RADIUS_TOLERANCE)
+    least = positive("min_radius", min_radius)[..., None] * (1 - TOLERANCE)
     return ~np.any((_tightness(path) * least > 1) | _backwards(path), axis=-1)
 
 
@@ -137,7 +137,7 @@ def _reason(
 
 def _tightness(path: ArcPath) -> Array:
     """(..., n) 1/m: absolute curvature, 0 where the segment hardly turns."""
-    return np.where(np.abs(path.turn) > RADIUS_TOLERANCE, np.abs(path.curvature), 0.0)
+    return np.where(np.abs(path.turn) > TOLERANCE, np.abs(path.curvature), 0.0)
 
 
 def _backwards(path: ArcPath) -> NDArray[np.bool_]:

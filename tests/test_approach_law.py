@@ -46,7 +46,7 @@ class Voyage:
     heading: np.ndarray
 
 
-def sail(start, heading, slot, *, gain=4.0, dt=0.04, speed=0.03, goal_time=None, **options):
+def sail(start, heading, slot, *, gain=4.0, dt=0.05, speed=0.03, goal_time=None, **options):
     """Sail every boat to its slot, at one speed or at speeds that end at goal_time."""
     position, heading = start.copy(), heading.copy()
     planned = braitenberg.approach_heading(position, slot, *HULL, **options)[1]
@@ -85,8 +85,8 @@ def test_2000_boats_arrive_together_and_none_through_the_hull():
 
 @pytest.mark.parametrize("tangent", [False, True])
 def test_boats_arrive_bow_first_at_constant_speed(tangent):
-    start, heading, slot = random_starts(1000, seed=2, room=0.03)
-    voyage = sail(start, heading, slot, tangent=tangent)
+    start, heading, slot = random_starts(600, seed=2, room=0.03)
+    voyage = sail(start, heading, slot, gain=6.0, speed=0.05, tangent=tangent)
     assert np.isfinite(voyage.arrival).all()
     assert voyage.gap.min() > 0.0
     far = voyage.planned > 0.3
@@ -95,11 +95,9 @@ def test_boats_arrive_bow_first_at_constant_speed(tangent):
 
 @pytest.mark.parametrize("tangent", [False, True])
 def test_path_length_is_exact_for_a_boat_that_follows_the_heading(tangent):
-    start, _, slot = random_starts(300, seed=3)
+    start, _, slot = random_starts(200, seed=3)
     heading, _ = braitenberg.approach_heading(start, slot, *HULL, tangent=tangent)
-    voyage = sail(
-        start, heading, slot, gain=20.0, dt=0.02, speed=0.05, goal_time=None, tangent=tangent
-    )
+    voyage = sail(start, heading, slot, gain=12.0, dt=0.03, speed=0.05, tangent=tangent)
     left = voyage.planned - voyage.travelled
     assert (np.abs(left - STOP_RADIUS) < 0.02 + 0.02 * voyage.planned).all()
     assert voyage.gap.min() > 0.035

@@ -1,5 +1,7 @@
 """Properties of the paths, of the speeds along them and of the spiral."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -69,7 +71,7 @@ class TestArcPath:
 
     def test_turns_about_the_centre_on_its_long_axis(self):
         path = ArcPath([0.3, -0.2, 0.7], [2.0, 0.0, -4.0], [0.5, 0.3, 0.4])
-        for k, (first, last) in enumerate(zip(path.joints[:-1], path.joints[1:], strict=True)):
+        for k, (first, last) in enumerate(pairwise(path.joints)):
             if path.curvature[k] == 0:
                 assert np.isinf(path.centres[k]).all()
                 continue
@@ -342,8 +344,7 @@ def spiral_length_by_quadrature(theta0, sigma):
 
     bends = [b for b in (sigma / 10, sigma, 5 * sigma, 20 * sigma) if b < theta0]
     edges = [0.0, *bends, theta0]
-    pieces = zip(edges[:-1], edges[1:], strict=True)
-    return sum(quad(speed, a, b, epsabs=0, epsrel=1e-12, limit=200)[0] for a, b in pieces)
+    return sum(quad(speed, a, b, epsabs=0, epsrel=1e-12, limit=200)[0] for a, b in pairwise(edges))
 
 
 class TestSpiral:
@@ -412,7 +413,7 @@ class TestBrownian:
         rng = np.random.default_rng(5)
         alpha0 = np.array([-1.4, 0.0, 1.2, 2.0, 4.0])
         speed = spiral.arc_length(1.0, spiral.angular_distance(alpha0, np.pi / 2), 1.0) / 10
-        return brownian.simulate(1.0, alpha0, speed, 1.0, rng=rng, dt=0.002, **options)
+        return brownian.simulate(1.0, alpha0, speed, 1.0, rng=rng, dt=0.004, **options)
 
     @given(angles, st.floats(0.3, 3.0), st.sampled_from([0, 1]))
     @settings(max_examples=50, deadline=None)
@@ -438,8 +439,8 @@ class TestBrownian:
 
     @pytest.mark.parametrize("noise", [{"noise_r": 0.01}, {"noise_alpha": 0.02}])
     def test_noise_comes_from_the_generator_and_swarm_still_arrives(self, noise):
-        _, r, alpha = self.swarm(duration=30.0, **noise)
-        _, again, _ = self.swarm(duration=30.0, **noise)
+        _, r, alpha = self.swarm(duration=20.0, **noise)
+        _, again, _ = self.swarm(duration=20.0, **noise)
         np.testing.assert_array_equal(r, again)
         assert (r[-1] <= 0.01).all()
         assert np.isfinite(alpha).all()

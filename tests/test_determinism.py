@@ -1,0 +1,293 @@
+"""The same seed gives the same bytes: in every process, through every face, in any company.
+
+Boats ram the vessel and each other: what they do is recorded once, from a rule that aims at the
+vessel, and then replayed without looking.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import asv_env
+from asv_env.sb3_env import BoatVecEnv
+
+STEPS, TEAM, BATCH, SEED = 1000, 4, 64, 42
+STORIES = [(task, scenario) for task in ("push", "transport") for scenario in ("nominal", "harsh")]
+OPTIONS = {"time_limit": 35.0}
+stories = pytest.mark.parametrize(("task", "scenario"), STORIES)
+
+Record = tuple[bytes, bytes, bool, bool]
+"""Observation (A, K), reward float32 (A,) or team mean, terminated, truncated."""
+
+
+def make(task: str, scenario: str, worlds: int = 1) -> asv_env.Simulation:
+    return asv_env.Simulation(asv_env.make_params(task, TEAM, scenario, **OPTIONS), worlds)
+
+
+def ram(simulation: asv_env.Simulation) -> np.ndarray:
+    """Actions (W, A, 2) at full speed, by turns at the vessel and at the middle of the team."""
+    state = simulation.state
+    at_team = (state.tick // 40 % 2 == 1)[:, None, None]
+    boats = state.motion[:, 1:]
+    aim = np.where(at_team, boats.mean(axis=1, keepdims=True), state.motion[:, :1])
+    gap = (aim - boats)[..., :2]
+    bearing = np.arctan2(gap[..., 1], gap[..., 0]) - boats[..., 2]
+    turn = np.arctan2(np.sin(bearing), np.cos(bearing))
+    return np.clip(np.stack([np.cos(turn), 2.0 * turn], axis=-1), -1.0, 1.0)
+
+
+def record(observation: np.ndarray, reward: Any, terminated: Any, truncated: Any) -> Record:
+    rewards = np.asarray(reward, dtype=np.float32)
+    return observation.tobytes(), rewards.tobytes(), bool(terminated), bool(truncated)
+
+
+def steps(
+    simulation: asv_env.Simulation, actions: np.ndarray, worlds: list[int]
+) -> list[list[Record]]:
+    """What happens in some worlds; every world that ends begins its next episode at once."""
+    histories: list[list[Record]] = [[] for _ in worlds]
+    for action in actions:
+        step = simulation.step(action)
+        terminated, truncated = step.ending.terminated, step.ending.truncated
+        for world, history in zip(worlds, histories, strict=True):
+            ending = terminated[world], truncated[world]
+            history.append(record(step.observation[world], step.reward[world], *ending))
+        if (terminated | truncated).any():
+            simulation.reset(terminated | truncated)
+    return histories
+
+
+def history(simulation: asv_env.Simulation, actions: np.ndarray, seed: int = SEED) -> list[Record]:
+    """What happens in world 0."""
+    simulation.reset(seeds=[seed + world for world in range(simulation.num_worlds)])
+    return steps(simulation, actions, [0])[0]
+
+
+@cache
+def recorded(task: str, scenario: str) -> tuple[np.ndarray, list[Record], np.ndarray]:
+    """Actions (STEPS, BATCH, A, 2), the history of world 0, the steps (2,) it is in contact."""
+    simulation = make(task, scenario, BATCH)
+    simulation.reset(seeds=range(SEED, SEED + BATCH))
+    actions, told, contact = [], [], np.zeros(2)
+    for _ in range(STEPS):
+        actions.append(ram(simulation))
+        told += steps(simulation, actions[-1:], [0])[0]
+        contact += simulation.state.touching[0].any(axis=0)
+    return np.array(actions), told, contact
+
+
+def parting(one: list[Record], other: list[Record]) -> str:
+    """Where two histories part, in words; empty if nowhere."""
+    names = ("observation", "reward", "terminated", "truncated")
+    for step, (left, right) in enumerate(zip(one, other, strict=True), 1):
+        for name, a, b in zip(names, left, right, strict=True):
+            if a != b:
+                return f"{name} differs first at step {step}"
+    return ""
+
+
+def digest(records: list[Record]) -> str:
+    return hashlib.sha256(repr(records).encode()).hexdigest()
+
+
+# ------------------------------------------------------------------ the story itself
+
+
+@stories
+def test_the_hulls_are_in_contact_and_episodes_end_on_the_way(task: str, scenario: str) -> None:
+    _, told, contact = recorded(task, scenario)
+    assert contact[0] > 0.4 * STEPS, "boats touch the vessel"
+    assert contact[1] > 0.05 * STEPS, "boats touch each other"
+    assert any(terminated or truncated for *_, terminated, truncated in told)
+
+
+@stories
+def test_another_seed_differs(task: str, scenario: str) -> None:
+    actions, told, _ = recorded(task, scenario)
+    assert parting(history(make(task, scenario), actions[:100, :1], SEED + 1), told[:100])
+
+
+# ------------------------------------------------------------------ processes
+
+
+def digests(file: str) -> list[str]:
+    """Digests of all the stories, from the actions in a file."""
+    with np.load(file) as actions:
+        return [digest(history(make(*story), actions["_".join(story)])) for story in STORIES]
+
+
+def test_the_same_seed_gives_the_same_bytes_in_other_processes(tmp_path: Path) -> None:
+    file = str(tmp_path / "actions.npz")
+    np.savez(file, **{"_".join(story): recorded(*story)[0][:, :1] for story in STORIES})
+    children = [
+        subprocess.Popen(
+            [sys.executable, __file__, file],
+            env={**os.environ, "PYTHONHASHSEED": hash_seed},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for hash_seed in ("1", "2")
+    ]
+    expected = [digest(recorded(*story)[1]) for story in STORIES]
+    for child in children:
+        assert child.communicate()[0].split() == expected
+
+
+# ------------------------------------------------------------------ faces
+
+
+def by_joint(task: str, scenario: str, actions: np.ndarray) -> Iterator[Record]:
+    env = asv_env.JointEnv(task, TEAM, scenario, **OPTIONS)
+    env.reset(seed=SEED)
+    for action in actions[:, 0]:
+        observation, reward, terminated, truncated, _ = env.step(action)
+        yield record(observation, reward, terminated, truncated)
+        if terminated or truncated:
+            env.reset()
+
+
+def by_vector(task: str, scenario: str, actions: np.ndarray) -> Iterator[Record]:
+    env = asv_env.AsvVectorEnv(
+        actions.shape[1], task, TEAM, scenario, autoreset_mode="SameStep", **OPTIONS
+    )
+    env.reset(seed=SEED)
+    for action in actions:
+        observation, reward, terminated, truncated, infos = env.step(action)
+        over = terminated[0] or truncated[0]
+        last = infos["final_obs"][0] if over else observation[0]
+        yield record(last, reward[0], terminated[0], truncated[0])
+
+
+def by_parallel(task: str, scenario: str, actions: np.ndarray) -> Iterator[Record]:
+    env = asv_env.parallel_env(task, TEAM, scenario=scenario, **OPTIONS)
+    env.reset(seed=SEED)
+    for action in actions[:, 0]:
+        agents = env.agents
+        seen, rewards, terminated, truncated, _ = env.step(dict(zip(agents, action, strict=True)))
+        observation = np.stack([seen[agent] for agent in agents])
+        reward = [rewards[agent] for agent in agents]
+        yield record(observation, reward, terminated["asv_0"], truncated["asv_0"])
+        if not env.agents:
+            env.reset()
+
+
+def by_boats(task: str, scenario: str, actions: np.ndarray) -> Iterator[Record]:
+    env = BoatVecEnv(task, actions.shape[1], TEAM, scenario, **OPTIONS)
+    # SB3 counts seeds in rows; in the other faces they count in worlds.
+    env._seeds = [SEED + row // TEAM for row in range(env.num_envs)]
+    env.reset()
+    for action in actions:
+        observation, reward, dones, infos = env.step(action.reshape(-1, 2))
+        truncated = dones[0] and infos[0]["TimeLimit.truncated"]
+        if dones[0]:
+            observation = np.stack([info["terminal_observation"] for info in infos[:TEAM]])
+        yield record(observation[:TEAM], reward[:TEAM], dones[0] and not truncated, truncated)
+
+
+@stories
+@pytest.mark.parametrize("face", [by_parallel, by_boats])
+def test_boats_as_agents_see_what_world_0_of_a_batch_sees(
+    task: str, scenario: str, face: Callable[..., Iterator[Record]]
+) -> None:
+    actions, told, _ = recorded(task, scenario)
+    assert not parting(list(face(task, scenario, actions[:, :1])), told)
+
+
+@stories
+@pytest.mark.parametrize("face", [by_joint, by_vector])
+def test_one_agent_for_all_sees_what_world_0_of_a_batch_sees(
+    task: str, scenario: str, face: Callable[..., Iterator[Record]]
+) -> None:
+    actions, told, _ = recorded(task, scenario)
+    single = list(face(task, scenario, actions[:, :1]))
+    team_means = [np.frombuffer(one[1], np.float32).mean() for one in told]
+    mean = [np.frombuffer(one[1], np.float32)[0] for one in single]
+    assert mean == pytest.approx(team_means, abs=1e-6)
+    blank = [[(one[0], b"", *one[2:]) for one in records] for records in (single, told)]
+    assert not parting(*blank)
+
+
+@stories
+def test_world_0_is_the_same_alone_and_in_a_batch_of_64(task: str, scenario: str) -> None:
+    actions, told, _ = recorded(task, scenario)
+    assert not parting(history(make(task, scenario), actions[:, :1]), told)
+
+
+def test_the_batched_faces_of_64_worlds_show_the_same_world_0() -> None:
+    story = ("push", "harsh")
+    actions, told, _ = recorded(*story)
+    assert not parting(list(by_boats(*story, actions)), told)
+    assert not parting(list(by_vector(*story, actions)), list(by_joint(*story, actions)))
+
+
+# ------------------------------------------------------------------ other worlds, earlier episodes
+
+
+@stories
+def test_what_other_worlds_do_and_their_resets_change_nothing(task: str, scenario: str) -> None:
+    worlds, watched = 8, [0, 5]
+    actions = recorded(task, scenario)[0][:, :worlds].copy()
+    seeds = range(SEED, SEED + worlds)
+    simulation = make(task, scenario, worlds)
+    simulation.reset(seeds=seeds)
+    expected = steps(simulation, actions, watched)
+
+    rng = np.random.default_rng(0)
+    others = np.array([world not in watched for world in range(worlds)])
+    actions[:, others] = rng.uniform((-0.3, -1.0), 1.0, actions[:, others].shape)
+    simulation = make(task, scenario, worlds)
+    simulation.reset(seeds=seeds)
+    told: list[list[Record]] = [[], []]
+    for action in actions:
+        for one, new in zip(told, steps(simulation, action[None], watched), strict=True):
+            one += new
+        mask = others & (rng.random(worlds) < 0.02)
+        if mask.any():
+            simulation.reset(mask)
+    for one, other in zip(told, expected, strict=True):
+        assert not parting(one, other)
+
+
+@stories
+@pytest.mark.parametrize("before", [1, 150, 420])
+def test_a_reset_world_equals_a_fresh_one(task: str, scenario: str, before: int) -> None:
+    actions, told, _ = recorded(task, scenario)
+    simulation = make(task, scenario)
+    history(simulation, actions[:before, :1], seed=7)
+    assert not parting(history(simulation, actions[:, :1]), told)
+
+
+@stories
+def test_a_world_reset_in_contact_equals_a_fresh_one(task: str, scenario: str) -> None:
+    worlds, watched = 8, [0, 3]
+    actions = recorded(task, scenario)[0][:, :worlds]
+    simulation = make(task, scenario, worlds)
+    simulation.reset(seeds=range(SEED, SEED + worlds))
+    expected = steps(simulation, actions[:400], watched)
+
+    simulation = make(task, scenario, worlds)
+    simulation.reset(seeds=range(7, 7 + worlds))
+    pressed = np.zeros(worlds, dtype=np.bool_)
+    for _ in range(300):
+        steps(simulation, ram(simulation)[None], watched)
+        pressed = simulation.state.touching.any(axis=(1, 2))
+        if pressed[watched].all() and (simulation.state.tick[watched] > 20).all():
+            break
+    assert pressed[watched].all()
+    simulation.reset(seeds=range(SEED, SEED + worlds))
+    for one, other in zip(steps(simulation, actions[:400], watched), expected, strict=True):
+        assert not parting(one, other)
+
+
+if __name__ == "__main__":
+    print(*digests(sys.argv[1]))

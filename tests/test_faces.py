@@ -1,0 +1,545 @@
+"""What the faces tell a learner: ends, last observations, values; and how they refuse."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import imageio.v3 as imageio
+import numpy as np
+import pytest
+import torch
+from gymnasium.vector import AutoresetMode
+from stable_baselines3 import PPO
+from stable_baselines3.common.utils import obs_as_tensor
+
+import asv_env
+from asv_env.__main__ import main
+from asv_env.sb3_env import BoatVecEnv
+
+IDLE, AHEAD = np.array([0.0, 0.0]), np.array([1.0, 0.0])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _one_thread() -> None:
+    torch.set_num_threads(1)
+
+
+@dataclass
+class End:
+    """How a face told the end of the first episode of its first world, (A, ...) by boat."""
+
+    terminated: bool
+    truncated: bool
+    info: dict[str, Any]
+    observation: np.ndarray
+    steps: int
+
+
+def joint(task: str, action: np.ndarray, **options: Any) -> End:
+    env = asv_env.JointEnv(task, **options)
+    env.reset(seed=0)
+    for step in range(1, 1000):
+        observation, _, terminated, truncated, info = env.step(np.tile(action, (4, 1)))
+        if terminated or truncated:
+            return End(terminated, truncated, info, observation, step)
+    raise AssertionError("no end")
+
+
+def parallel(task: str, action: np.ndarray, **options: Any) -> End:
+    env = asv_env.parallel_env(task, **options)
+    env.reset(seed=0)
+    for step in range(1, 1000):
+        agents = env.agents
+        observation, _, terminated, truncated, infos = env.step(dict.fromkeys(agents, action))
+        if not env.agents:
+            assert len(set(terminated.values())) == len(set(truncated.values())) == 1
+            seen = np.stack([observation[agent] for agent in agents])
+            return End(terminated["asv_2"], truncated["asv_2"], infos["asv_2"], seen, step)
+    raise AssertionError("no end")
+
+
+def vector(mode: AutoresetMode) -> Callable[..., End]:
+    def run(task: str, action: np.ndarray, **options: Any) -> End:
+        env = asv_env.AsvVectorEnv(3, task, autoreset_mode=mode, **options)
+        env.reset(seed=0)
+        for step in range(1, 1000):
+            observation, _, terminated, truncated, infos = env.step(np.tile(action, (3, 4, 1)))
+            if terminated[0] or truncated[0]:
+                last = observation[0]
+                if mode is AutoresetMode.SAME_STEP:
+                    last, infos = infos["final_obs"][0], infos["final_info"]
+                info = {k: v[0] for k, v in infos.items() if isinstance(v, np.ndarray)}
+                return End(bool(terminated[0]), bool(truncated[0]), info, last, step)
+        raise AssertionError("no end")
+
+    return run
+
+
+def boats(task: str, action: np.ndarray, **options: Any) -> End:
+    env = BoatVecEnv(task, num_envs=3, **options)
+    env.seed(0)
+    env.reset()
+    for step in range(1, 1000):
+        _, _, dones, infos = env.step(np.tile(action, (12, 1)))
+        if dones[0]:
+            assert dones[:4].all()
+            truncated = [info["TimeLimit.truncated"] for info in infos[:4]]
+            assert len(set(truncated)) == 1
+            last = np.stack([info["terminal_observation"] for info in infos[:4]])
+            return End(not truncated[0], truncated[0], infos[2], last, step)
+        assert not any("terminal_observation" in info for info in infos[:4])
+    raise AssertionError("no end")
+
+
+FACES = {
+    "joint": joint,
+    "parallel": parallel,
+    "vector, next step": vector(AutoresetMode.NEXT_STEP),
+    "vector, same step": vector(AutoresetMode.SAME_STEP),
+    "boats": boats,
+}
+faces = pytest.mark.parametrize("run", FACES.values(), ids=FACES.keys())
+
+# The vessel lies on its goal; a boat leaves the arena; time is up; success as time is up.
+DELIVERED = ("push", IDLE, {"goal": (0.0, 0.0, 0.0)})
+STRAYED = ("approach", AHEAD, {"arena": 1.52})
+TIMED_OUT = ("push", AHEAD, {"time_limit": 0.7, "goal": (1.0, 0.0, 0.0)})
+DELIVERED_AT_LAST = ("push", IDLE, {"goal": (0.0, 0.0, 0.0), "time_limit": 0.1})
+
+
+@faces
+@pytest.mark.parametrize(
+    ("story", "success"), [(DELIVERED, True), (DELIVERED_AT_LAST, True), (STRAYED, False)]
+)
+def test_success_and_straying_terminate(run: Callable[..., End], story: Any, success: bool) -> None:
+    task, action, options = story
+    end = run(task, action, **options)
+    assert (end.terminated, end.truncated) == (True, False)
+    assert bool(end.info["is_success"]) is success
+    assert bool(end.info["strayed"]) is not success
+
+
+@faces
+def test_the_time_limit_truncates(run: Callable[..., End]) -> None:
+    task, action, options = TIMED_OUT
+    end = run(task, action, **options)
+    assert (end.terminated, end.truncated) == (False, True)
+    assert end.steps == 7
+    assert not end.info["is_success"]
+    assert end.info["position_error"] == pytest.approx(1.0, abs=0.05)
+
+
+@faces
+@pytest.mark.parametrize("story", [STRAYED, TIMED_OUT])
+def test_the_last_observation_is_what_the_world_showed_at_its_end(
+    run: Callable[..., End], story: Any
+) -> None:
+    task, action, options = story
+    simulation = asv_env.Simulation(asv_env.make_params(task, **options))
+    simulation.reset(seeds=[0])
+    while True:
+        step = simulation.step(np.tile(action, (1, 4, 1)))
+        if step.ending.terminated[0] or step.ending.truncated[0]:
+            break
+    end = run(task, action, **options)
+    assert end.observation.tobytes() == step.observation[0].tobytes()
+
+
+@faces
+def test_the_last_info_holds_the_metrics_as_scalars(run: Callable[..., End]) -> None:
+    task, action, options = TIMED_OUT
+    info = run(task, action, **options).info
+    simulation = asv_env.Simulation(asv_env.make_params(task, **options))
+    simulation.reset(seeds=[0])
+    names = simulation.summary().keys()
+    assert names <= info.keys()
+    assert {"is_success", "position_error", "heading_error", "episode_return"} <= names
+    assert all(np.ndim(info[name]) == 0 for name in names)
+    assert np.isnan(info["time_to_goal"])
+
+
+def test_single_worlds_give_python_scalars_and_every_reward_term() -> None:
+    env = asv_env.parallel_env("push", 2)
+    env.reset(seed=0)
+    _, rewards, _, _, infos = env.step(dict.fromkeys(env.agents, AHEAD))
+    for agent, reward in rewards.items():
+        terms = infos[agent]["reward_terms"]
+        assert {type(value) for value in terms.values()} == {float}
+        assert sum(terms.values()) == pytest.approx(reward)
+    assert infos["asv_0"]["reward_terms"] is not infos["asv_1"]["reward_terms"]
+    end = parallel(TIMED_OUT[0], TIMED_OUT[1], **TIMED_OUT[2])
+    assert {type(v) for k, v in end.info.items() if k != "reward_terms"} <= {bool, int, float}
+
+
+# ------------------------------------------------------------------ the value of a time limit
+
+
+class OneEachStep(BoatVecEnv):
+    """Reward 1 each step, and never an end but the time limit of ten steps."""
+
+    def __init__(self) -> None:
+        super().__init__("push", 8, 2, time_limit=1.0, goal=(1.0, 0.0, 0.0))
+
+    def step_wait(self) -> Any:
+        observation, reward, dones, infos = super().step_wait()
+        return observation, np.ones_like(reward), dones, infos
+
+
+class WithoutTheMark(OneEachStep):
+    """A wrong adapter: it passes the time limit off as a termination."""
+
+    def step_wait(self) -> Any:
+        observation, reward, dones, infos = super().step_wait()
+        for info in infos:
+            info.pop("TimeLimit.truncated", None)
+        return observation, reward, dones, infos
+
+
+def learned_value(env: BoatVecEnv) -> float:
+    """Mean value that PPO learns with gamma 0.9."""
+    model = PPO(
+        "MlpPolicy",
+        env,
+        n_steps=20,
+        batch_size=320,
+        n_epochs=10,
+        gamma=0.9,
+        learning_rate=1e-2,
+        max_grad_norm=10.0,
+        policy_kwargs={"net_arch": {"pi": [4], "vf": [32]}},
+        seed=0,
+        device="cpu",
+    )
+    model.learn(50 * 20 * env.num_envs)
+    with torch.no_grad():
+        values = model.policy.predict_values(obs_as_tensor(env.reset(), model.device))
+    return values.mean().item()
+
+
+def test_a_constant_reward_is_worth_ten_whatever_the_time_limit() -> None:
+    assert learned_value(OneEachStep()) == pytest.approx(10.0, abs=0.5)
+
+
+def test_the_probe_would_notice_a_time_limit_that_passes_for_a_termination() -> None:
+    assert learned_value(WithoutTheMark()) < 6.0
+
+
+# ------------------------------------------------------------------ the stable-baselines3 face
+
+
+def test_the_boats_of_a_world_share_the_seed_and_options_of_its_first_row() -> None:
+    env = BoatVecEnv("transport", 3, 2, worlds_per_space=1)
+    goals = [[1.0, 0.5, 0.0], [-1.0, 0.0, 1.0], None]
+    env.seed(11)
+    env.set_options([{"goal": goal} for goal in goals for _ in range(2)])
+    rows = env.reset()
+    for world, goal in enumerate(goals):
+        single = asv_env.JointEnv("transport", 2)
+        options = {"goal": goal} if goal else None
+        expected, _ = single.reset(seed=11 + 2 * world, options=options)
+        assert rows[2 * world : 2 * world + 2].tobytes() == expected.tobytes()
+    assert env._seeds == [None] * 6, "seeds are used once"
+    assert len(env.reset_infos) == 6
+    env.reset()
+    assert not np.array_equal(env.simulation.state.goal[0], goals[0]), "options are used once"
+
+
+def test_rows_of_ended_worlds_begin_the_next_episode_and_report_the_last() -> None:
+    env = BoatVecEnv("push", 2, 2, time_limit=0.3, goal=(1.0, 0.0, 0.0), worlds_per_space=1)
+    env.seed(0)
+    first = env.reset()
+    total = np.zeros(4)
+    for _ in range(3):
+        observation, reward, dones, infos = env.step(np.ones((4, 2)))
+        total += reward
+    assert dones.all()
+    assert observation.tobytes() == first.tobytes(), "Push with a fixed goal has but one start"
+    for info, expected in zip(infos, total, strict=True):
+        assert info["episode"]["l"] == 3
+        assert info["episode"]["r"] == pytest.approx(expected, rel=1e-5)
+        assert info["episode"]["t"] >= 0
+        assert not np.array_equal(info["terminal_observation"], observation[0])
+    env.step(np.ones((4, 2)))
+    assert env.simulation.state.tick.tolist() == [1, 1]
+
+
+def test_staggered_worlds_truncate_one_after_the_other_and_then_run_full_length() -> None:
+    env = BoatVecEnv("push", 5, 2, stagger=True, time_limit=1.0, goal=(1.0, 0.0, 0.0))
+    for _ in range(2):
+        env.reset()
+        ends = [np.flatnonzero(env.step(np.zeros((10, 2)))[2][::2]).tolist() for _ in range(20)]
+        first, second = ends[:10], ends[10:]
+        assert [worlds for worlds in first if worlds] == [[0], [1], [2], [3], [4]]
+        assert [step for step, worlds in enumerate(first, 1) if worlds] == [2, 4, 6, 8, 10]
+        assert [step for step, worlds in enumerate(second, 11) if worlds] == [12, 14, 16, 18, 20]
+
+
+def test_the_attributes_of_rows_are_those_of_the_environment() -> None:
+    env = BoatVecEnv("push", 2, 2)
+    assert env.get_attr("num_worlds") == [2] * 4
+    assert env.get_attr("num_worlds", indices=[0, 3]) == [2, 2]
+    assert env.has_attr("params")
+    assert not env.has_attr("nonsense")
+    env.set_attr("label", "x")
+    assert env.env_method("get_attr", "label", indices=1) == [["x"] * 4]
+    assert env.env_is_wrapped(gymnasium.wrappers.TimeLimit) == [False] * 4
+
+
+# ------------------------------------------------------------------ what is returned, what is taken
+
+
+def test_returned_arrays_are_never_written_again() -> None:
+    action = np.ones((2, 2, 2))
+    vec = asv_env.AsvVectorEnv(2, "push", 2, autoreset_mode="SameStep", time_limit=0.3)
+    sb3 = BoatVecEnv("push", 2, 2, time_limit=0.3)
+    kept = [vec.reset(seed=0)[0], sb3.reset()]
+    for _ in range(5):
+        observation, reward, terminated, truncated, _ = vec.step(action)
+        kept += [observation, reward, terminated, truncated]
+        kept += sb3.step(action.reshape(4, 2))[:3]
+    copies = [array.copy() for array in kept]
+    for _ in range(5):
+        vec.step(-action)
+        sb3.step(-action.reshape(4, 2))
+    assert all(np.array_equal(one, other) for one, other in zip(kept, copies, strict=True))
+    kept[-3][...] = 7.0
+    kept[-7][...] = 7.0
+    assert not (vec.step(action)[0] == 7.0).any()
+
+
+def test_actions_outside_the_bounds_are_clipped() -> None:
+    ends = [joint("push", action, time_limit=1.0) for action in (AHEAD, 5.0 * AHEAD)]
+    assert ends[0].observation.tobytes() == ends[1].observation.tobytes()
+
+
+def test_a_goal_given_to_reset_holds_for_that_episode() -> None:
+    env = asv_env.parallel_env("push", goal=(0.5, 0.0, 0.0))
+    env.reset(seed=0, options={"goal": [0.55, -0.95, 0.1]})
+    assert env.simulation.state.goal[0] == pytest.approx([0.55, -0.95, 0.1])
+    env.reset()
+    assert env.simulation.state.goal[0] == pytest.approx([0.5, 0.0, 0.0])
+
+
+# ------------------------------------------------------------------ bad input
+
+MAKERS: dict[str, Callable[..., Any]] = {
+    "joint": asv_env.JointEnv,
+    "parallel": asv_env.parallel_env,
+    "vector": lambda *args, **options: asv_env.AsvVectorEnv(2, *args, **options),
+    "boats": lambda *args, **options: BoatVecEnv(*args, **{"num_envs": 2, **options}),
+}
+makers = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS.keys())
+
+
+def step(env: Any, action: Any) -> Any:
+    """A step with the same action (2,) for every boat, in the shape that the face takes."""
+    if isinstance(env, asv_env.AsvParallelEnv):
+        return env.step(dict.fromkeys(env.possible_agents, action))
+    if isinstance(env, BoatVecEnv):
+        return env.step(np.array([action] * env.num_envs))
+    if isinstance(env, asv_env.AsvVectorEnv):
+        return env.step(np.array([[action] * 4] * env.num_envs))
+    return env.step(np.array([action] * 4))
+
+
+def reset(env: Any, **arguments: Any) -> Any:
+    """A reset, through ``_seeds`` and ``set_options`` where it takes no arguments."""
+    if not isinstance(env, BoatVecEnv):
+        return env.reset(**arguments)
+    if "seed" in arguments:
+        env._seeds = [arguments["seed"]] * env.num_envs
+    env.set_options(arguments.get("options"))
+    return env.reset()
+
+
+@makers
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"task": "puhs"}, r"task 'puhs'.*'push'"),
+        ({"scenario": "nosy"}, r"scenario 'nosy'.*'noisy'"),
+        ({"preset": "tnak"}, r"preset 'tnak'.*'tank'"),
+        ({"action_mode": "thruster"}, r"'thruster'.*'thrusters'"),
+        ({"render_mode": "rgb"}, r"render_mode 'rgb'.*'rgb_array'"),
+        ({"time_limt": 3.0}, r"option 'time_limt'.*'time_limit'"),
+        ({"boat": {"lenght": 0.1}}, r"'lenght'.*'length'"),
+        ({"num_boats": 1}, r"num_boats = 1\b.*2 to 100"),
+        ({"num_boats": 2.5}, r"num_boats = 2\.5"),
+        ({"num_boats": 20, "vessel": {"length": 0.4}}, r"20 boats.*0\.4 m"),
+        ({"goal": (9.0, 0.0, 0.0)}, r"9\.0.*outside the arena"),
+        ({"goal": (np.nan, 0.0, 0.0)}, "finite"),
+        ({"time_limit": -1.0}, r"-1\.0"),
+        ({"boat": 3}, "mapping"),
+    ],
+)
+def test_bad_options_are_named(make: Any, options: dict[str, Any], named: str) -> None:
+    with pytest.raises((ValueError, TypeError), match=f"(?s){named}"):
+        make(**options)
+
+
+@pytest.mark.parametrize("num_envs", [0, -1, 1.5, True])
+def test_a_batch_has_at_least_one_world(num_envs: Any) -> None:
+    for make in (asv_env.AsvVectorEnv, lambda n: BoatVecEnv(num_envs=n)):
+        with pytest.raises((ValueError, TypeError)):
+            make(num_envs)
+
+
+def test_an_unknown_autoreset_mode_is_named() -> None:
+    with pytest.raises(ValueError, match=r"'Samestep'.*'SameStep'"):
+        asv_env.AsvVectorEnv(2, autoreset_mode="Samestep")
+
+
+@makers
+@pytest.mark.parametrize(
+    ("action", "named"),
+    [
+        ([0.0, np.nan], "nan.*finite"),
+        ([np.inf, 0.0], "inf.*finite"),
+        ([0.0, 0.0, 0.0], "shape"),
+        ([0.0], "shape"),
+        (0.0, "shape"),
+        (["full", "ahead"], "numbers"),
+    ],
+)
+def test_bad_actions_are_refused(make: Any, action: Any, named: str) -> None:
+    env = make("push")
+    reset(env)
+    with pytest.raises((ValueError, TypeError), match=named):
+        step(env, action)
+    assert step(env, IDLE), "the environment is none the worse"
+
+
+@makers
+def test_nothing_goes_before_a_reset(make: Any) -> None:
+    env = make("push", render_mode="rgb_array")
+    with pytest.raises(ValueError, match=r"step.*call reset first") as caught:
+        step(env, IDLE)
+    assert isinstance(caught.value, gymnasium.error.ResetNeeded | RuntimeError)
+    with pytest.raises(ValueError, match=r"render.*call reset first"):
+        env.render()
+
+
+@makers
+def test_nothing_goes_after_close(make: Any) -> None:
+    env = make("push", render_mode="rgb_array")
+    reset(env)
+    env.close()
+    for ask in (lambda: step(env, IDLE), lambda: reset(env), env.render):
+        with pytest.raises(ValueError, match="closed; make a new one"):
+            ask()
+    env.close()
+
+
+@pytest.mark.parametrize("make", [asv_env.JointEnv, asv_env.parallel_env])
+def test_no_step_goes_beyond_the_end(make: Any) -> None:
+    env = make("push", time_limit=0.1)
+    for _ in range(2):
+        env.reset(seed=0)
+        step(env, IDLE)
+        with pytest.raises(ValueError, match="episode is over; call reset first"):
+            step(env, IDLE)
+
+
+@makers
+@pytest.mark.parametrize("seed", [-1, 1.5, "a", True])
+def test_bad_seeds_are_refused(make: Any, seed: Any) -> None:
+    with pytest.raises((ValueError, TypeError), match=f"seed = {seed!r}"):
+        reset(make("push"), seed=seed)
+
+
+@makers
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"goal": [9.0, 0.0, 0.0]}, "outside the arena"),
+        ({"goal": [0.0, 0.0]}, "three numbers"),
+        ({"goal": [0.0, 0.0, np.inf]}, "finite"),
+        ({"goal": "home"}, "three numbers"),
+    ],
+)
+def test_bad_goals_are_refused(make: Any, options: dict[str, Any], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        reset(make("push"), options=options)
+
+
+@makers
+def test_unknown_reset_options_warn_with_the_nearest(make: Any) -> None:
+    with pytest.warns(UserWarning, match="'gaol' is unknown and ignored; did you mean 'goal'"):
+        reset(make("push"), options={"gaol": [0.0, 0.0, 0.0]})
+
+
+@pytest.mark.parametrize("make", [MAKERS[name] for name in ("joint", "parallel", "vector")])
+def test_reset_options_have_to_be_a_mapping(make: Any) -> None:
+    with pytest.raises(TypeError, match="give a mapping"):
+        make("push").reset(options=[1, 2])
+
+
+def test_a_list_of_seeds_has_one_for_each_world() -> None:
+    env = asv_env.AsvVectorEnv(3, "push")
+    with pytest.raises(ValueError, match="2 seeds for 3 worlds"):
+        env.reset(seed=[1, 2])
+    with pytest.raises(ValueError, match="reset_mask"):
+        env.reset(options={"reset_mask": np.zeros(3, dtype=bool)})
+
+
+@pytest.mark.parametrize(
+    ("actions", "error", "named"),
+    [
+        ({"asv_0": IDLE}, ValueError, r"missing agents \['asv_1'\]"),
+        ({"asv_0": IDLE, "asv_1": IDLE, "asv1": IDLE}, ValueError, r"\['asv1'\].*mean 'asv_1'"),
+        ({}, ValueError, r"missing agents \['asv_0', 'asv_1'\]"),
+        ({"asv_0": IDLE, "asv_1": [0.0]}, ValueError, r"action of asv_1 of shape \(1,\)"),
+        (np.zeros((2, 2)), TypeError, "dict by agent"),
+    ],
+)
+def test_the_actions_name_every_agent(actions: Any, error: type[Exception], named: str) -> None:
+    env = asv_env.parallel_env("push", 2)
+    env.reset()
+    with pytest.raises(error, match=named):
+        env.step(actions)
+    for spaces in (env.action_space, env.observation_space):
+        with pytest.raises(ValueError, match=r"'asv_7'.*'asv_0' to 'asv_1'"):
+            spaces("asv_7")
+
+
+# ------------------------------------------------------------------ python -m asv_env
+
+
+def test_the_report_names_all_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+    main([])
+    report = capsys.readouterr().out
+    for name in ("pymunk", asv_env.__version__, "asv_env/Push-v0", "asv_env/push-v0"):
+        assert name in report
+    for name in (*asv_env.SCENARIOS, *asv_env.PRESETS):
+        assert name in report
+
+
+def test_a_picture_is_written_and_never_overwritten_unasked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "start.png"
+    main(["--picture", str(path), "--task", "push"])
+    assert imageio.imread(path).shape[2] == 3
+    written = path.read_bytes()
+    with pytest.raises(SystemExit):
+        main(["--picture", str(path)])
+    assert "--overwrite" in capsys.readouterr().err
+    assert path.read_bytes() == written
+    main(["--picture", str(path), "--overwrite", "--scenario", "gyre"])
+    assert path.read_bytes() != written
+    with pytest.raises(SystemExit):
+        main(["--picture", str(tmp_path / "other.png"), "--task", "puhs"])
+    assert "'push'" in capsys.readouterr().err
+
+
+def test_the_package_needs_no_extra() -> None:
+    code = "import sys, asv_env; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    extras = {"torch", "stable_baselines3", "pygame", "imageio", "matplotlib"}
+    assert not extras & set(done.stdout.split())
