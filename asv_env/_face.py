@@ -42,6 +42,7 @@ class Face:
     params: EnvParams
     simulation: Simulation
     render_mode: str | None
+    _viewer: Any = None
     _NEW, _RUNNING, _OVER, _CLOSED = "new", "running", "over", "closed"
 
     def _open(
@@ -57,7 +58,6 @@ class Face:
         self.render_mode = render_mode
         self.params = make_params(**options)
         self.simulation = Simulation(self.params, num_worlds, worlds_per_space)
-        self._viewer: Any = None
         self._life = self._NEW
 
     def _metadata(self, **entries: Any) -> dict[str, Any]:

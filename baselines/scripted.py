@@ -57,14 +57,17 @@ class Gains:
     heading: float = 3.0
     standoff: float = 0.01
     clearance: float = 0.12
-    path_scale: float = 0.35
+    path_scale: float = 0.22
     min_radius: float = 1.2
     load: float = 1.0
     closing: float = 0.3
     braking: float = 0.85
     sideways: float = 0.45
-    skid: float = 1.0
-    foresight: float = 1.0
+    ff: float = 0.7
+    steer: float = 4.0
+    lean: float = 0.1
+    slide: float = 0.3
+    foresight: float = 0.8
     grip: float = 3.0
     approach_skid: float = 0.7
     docking: float = 0.25
@@ -293,9 +296,12 @@ class ScriptedPolicy:
         cagers = does - 2 * gains.closing * gap.imag
         forward = np.where(caging, cagers, pushers)
 
-        # Along the hull a boat keeps up with what is before it: the vessel turns and slips.
-        lead = self._lead(relations, along + gains.sideways * gap.real, does, gains.skid)
-        course = lead - np.pi / 2
+        # Along the hull a boat keeps up with what is before it, skidding outwards in a turn. The
+        # hull carries pushers along by friction, and theirs would push it sideways.
+        skid = self._boat.total_mass * relations.yaw_rate[:, :1] / self._boat.sway[0]
+        lead = np.arctan2(along + gains.slide * gap.real, np.maximum(does, 0.02)) + gains.ff * skid
+        pusher_lead = np.clip(gains.lean * lead + gains.steer * gap.real, -0.3, 0.3)
+        course = np.where(caging, np.clip(lead, -1.0, 1.0), pusher_lead) - np.pi / 2
         vessel = relations.heading[:, :1]
         error = _angle(direction(course) * vessel / relations.heading[:, 1:])
         yaw_rate = (curvature * speed)[:, None] + gains.heading * error
@@ -365,3 +371,4 @@ def _drift(relations: Relations) -> Float:
     velocity = relations.velocity[:, 1:] * relations.heading[:, 1:].conj()
     moving = velocity.real > 0.03
     return np.where(moving, np.arctan2(velocity.imag, np.maximum(velocity.real, 0.03)), 0.0)
+
