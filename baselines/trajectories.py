@@ -1,0 +1,93 @@
+"""Pictures of trajectories over the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from asv_env.geometry import rectangle
+from asv_env.params import EnvParams
+from asv_env.types import Float
+from baselines.episodes import Track
+
+BOATS = matplotlib.colormaps["tab10"]
+VESSEL, GOAL, FAILED = "#3b3226", "#c2452d", "#9a9a9a"
+STILLS = 6
+
+
+def save_picture(path: Path, tracks: Sequence[Track], params: EnvParams) -> None:
+    """Saves one panel a policy: its first episode in full, and where all vessels went.
+
+    Args:
+        path: of the picture; its ending says the format.
+        tracks: of all policies' episodes.
+        params: of the environment.
+    """
+    policies = list(dict.fromkeys(track.episode.policy for track in tracks))
+    figure = Figure(figsize=(6.2 * len(policies), 6.4), layout="constrained")
+    axes = figure.subplots(1, len(policies), squeeze=False, sharex=True, sharey=True)[0]
+    for panel, policy in zip(axes, policies, strict=True):
+        own = sorted(
+            (track for track in tracks if track.episode.policy == policy),
+            key=lambda track: track.episode.seed,
+        )
+        _draw_policy(panel, own, params)
+        delivered = sum(track.episode.success for track in own)
+        panel.set_title(f"{policy}: {delivered} of {len(own)} episodes successful")
+        panel.set_xlabel("x [m]")
+    axes[0].set_ylabel("y [m]")
+    axes[0].legend(loc="upper right", fontsize=8, framealpha=0.9)
+    figure.savefig(path, dpi=130)
+
+
+def _draw_policy(axes: Axes, tracks: Sequence[Track], params: EnvParams) -> None:
+    for track in tracks:
+        colour = VESSEL if track.episode.success else FAILED
+        axes.plot(*track.poses[:, 0, :2].T, color=colour, alpha=0.15, linewidth=0.8, zorder=2)
+    example = tracks[0]
+    for boat in range(1, example.poses.shape[1]):
+        colour = BOATS((boat - 1) % 10)
+        axes.plot(*example.poses[:, boat, :2].T, color=colour, linewidth=1.1, zorder=3)
+        axes.plot(*example.poses[0, boat, :2], "o", color=colour, markersize=5, zorder=5)
+    for still in np.linspace(0, len(example.poses) - 1, STILLS).astype(int):
+        _draw_hull(axes, example.poses[still, 0], params, VESSEL, 0.16 if still else 0.45)
+        for boat in range(1, example.poses.shape[1]):
+            _draw_boat(axes, example.poses[still, boat], params, BOATS((boat - 1) % 10))
+    axes.plot(
+        *example.poses[:, 0, :2].T,
+        color=VESSEL,
+        linewidth=1.6,
+        zorder=4,
+        label=f"vessel (seed {example.episode.seed})",
+    )
+    if params.task.name != "approach":
+        outline = _outline(example.goal, rectangle(params.vessel.length, params.vessel.width))
+        axes.add_patch(
+            Polygon(
+                outline, closed=True, fill=False, ec=GOAL, ls="--", lw=1.6, zorder=6, label="goal"
+            )
+        )
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(alpha=0.25)
+
+
+def _draw_hull(axes: Axes, pose: Float, params: EnvParams, colour: str, alpha: float) -> None:
+    outline = _outline(pose, rectangle(params.vessel.length, params.vessel.width))
+    axes.add_patch(Polygon(outline, closed=True, fc=colour, ec=colour, alpha=alpha, zorder=1))
+
+
+def _draw_boat(axes: Axes, pose: Float, params: EnvParams, colour: tuple[float, ...]) -> None:
+    outline = _outline(pose, params.boat.outline)
+    axes.add_patch(Polygon(outline, closed=True, fc=colour, ec="none", alpha=0.55, zorder=3))
+
+
+def _outline(pose: Float, vertices: list[tuple[float, float]]) -> Float:
+    x, y, heading = pose
+    points = np.array(vertices) @ np.array([1, 1j]) * np.exp(1j * heading) + x + 1j * y
+    return np.stack([points.real, points.imag], axis=-1)
