@@ -13,9 +13,10 @@ from asv_env.types import Complex, Float
 
 
 def wrap(angle: ArrayLike) -> Float:
-    """Angle in rad, wrapped to (-pi, pi]."""
-    wrapped = np.pi - np.mod(np.pi - np.asarray(angle, dtype=np.float64), 2 * np.pi)
-    return np.where(wrapped == -np.pi, np.pi, wrapped)
+    """Angle in rad, wrapped to (-pi, pi]; what lies there already stays as it is."""
+    array = np.asarray(angle, dtype=np.float64)
+    turns = np.ceil((array - np.pi) / (2 * np.pi))
+    return array - 2 * np.pi * turns
 
 
 def direction(heading: Float) -> Complex:

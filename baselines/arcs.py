@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from asv_env.geometry import wrap
+
 Array = NDArray[np.float64]
 
 
@@ -35,14 +37,6 @@ def finite_poses(name: str, value: ArrayLike) -> Array:
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ValueError(f"{name} must have shape (..., 3) as x, y, heading, got {array.shape}")
     return array
-
-
-def wrap(angle: ArrayLike) -> Array:
-    """Angle in (-pi, pi]; to the last bit for angles already inside, as small turns need it."""
-    angle = np.asarray(angle, dtype=np.float64)
-    inside = (angle > -np.pi) & (angle <= np.pi)
-    turned = np.pi - np.mod(np.pi - angle, 2 * np.pi)
-    return np.where(inside, angle, np.where(turned == -np.pi, np.pi, turned))
 
 
 def advance(pose: ArrayLike, curvature: ArrayLike, distance: ArrayLike) -> Array:

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from baselines.arcs import Array, finite, positive, wrap
+from asv_env.geometry import wrap
+from baselines.arcs import Array, finite, positive
 from baselines.spiral import angular_distance, arc_length, exact_bearing_offset
 
 RAMP = 0.05  # m below the circle over which a boat turns from round to straight outwards

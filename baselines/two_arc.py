@@ -16,7 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from baselines.arcs import ArcPath, Array, finite, finite_poses, pick, positive, wrap
+from asv_env.geometry import wrap
+from baselines.arcs import ArcPath, Array, finite, finite_poses, pick, positive
 
 ROUNDING = 1e-12  # relative; below it lengths and angles are rounding errors
 SPOT_RADIUS = 1e-12  # m, stands for radius 0

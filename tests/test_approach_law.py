@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baselines import braitenberg, spiral
-from baselines.arcs import wrap
+from asv_env.geometry import wrap
 
 LENGTH, WIDTH = 0.40, 0.15
 BOAT_LENGTH, BOAT_WIDTH = 0.12, 0.065

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from baselines import braitenberg, brownian, dubins, pushing, spiral, two_arc
-from baselines.arcs import ArcPath, advance, wrap
+from asv_env.geometry import wrap
+from baselines.arcs import ArcPath, advance
 
 coordinates = st.floats(-2.0, 2.0)
 angles = st.floats(-np.pi, np.pi)

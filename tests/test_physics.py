@@ -600,8 +600,10 @@ def test_motors_accelerate_the_effective_mass_and_inertia():
 def test_drawn_mass_and_drag_scale_the_hull():
     gains = {"mass_gain": np.array([1, 1.2, 1]), "drag_gain": np.array([1, 1, 1.3])}
     params = dragless()
-    heavy = World(params, bodies((), (0, 2), (0, -2)), lag=1e-6, **gains).run(1, AHEAD)
-    assert heavy[2, 3] / heavy[1, 3] == approx(1.2, rel=1e-6)
+    for column, action in ((3, AHEAD), (5, (0.0, 1.0))):
+        start = bodies((), (0, 2), (0, -2))
+        light, heavy = World(params, start, lag=1e-6, **gains).run(0.02, action)[[2, 1], column]
+        assert light / heavy == approx(1.2, rel=1e-6)
     params = open_water(control=1)
     dragged = World(params, bodies((), (0, 2), (0, -2)), **gains).run(60, AHEAD)
     linear, quadratic = np.multiply(1.3, params.boat.surge)

@@ -336,6 +336,14 @@ def test_body_that_leaves_the_arena_ends_the_episode_as_a_failure(body):
     assert not sim.summary()["is_success"].any()
 
 
+def test_delivery_with_a_body_outside_the_arena_is_a_failure():
+    params = make_params(goal=(0, 0, 0))
+    motion = bodies((), (0, -2.99, 0, 0, -0.2), (1, -1), (-1, 1), (-1, -1))
+    ending = step(begun_at(params, motion)).ending
+    assert ending.strayed.all()
+    assert not ending.reached.any()
+
+
 def test_time_limit_truncates_and_does_not_terminate():
     sim = begun(make_params(time_limit=2.0))
     endings = [step(sim).ending for _ in range(20)]
