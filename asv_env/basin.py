@@ -18,12 +18,12 @@ from pymunk.batch import ArbiterFields, BodyFields, Buffer
 from asv_env.params import EnvParams, HullParams
 from asv_env.types import Bool, Float
 
-MOTION = (
-    BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
-)
+MOTION = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 WRENCH = BodyFields.FORCE | BodyFields.TORQUE
 CONTACT = ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.CONTACT_COUNT
 WALL_THICKNESS = 0.5
+CELLS_PER_BODY = 200
+"""Size of the hash table over the bodies of one world; enough for some hundred worlds."""
 
 
 @dataclass
@@ -60,10 +60,12 @@ class Basin:
         self.force = self._force_rows[:rows].reshape(*shape, 3)
 
         self._tile = np.zeros((num_worlds, 1, 2))
+        self._walls: list[list[pymunk.Segment]] = [[] for _ in range(num_worlds)]
         self._pools: list[_Pool] = []
         for first in range(0, num_worlds, worlds_per_space):
             self._add_pool(range(first, min(first + worlds_per_space, num_worlds)))
         self._bodies = [body for pool in self._pools for body in pool.bodies]
+        self._spaces = [pool.space for pool in self._pools for _ in pool.bodies[:: shape[1]]]
         identities = np.array([body.id for body in self._bodies], dtype=np.uintp)
         self._by_identity = np.argsort(identities)
         self._identities = identities[self._by_identity]
@@ -98,6 +100,7 @@ class Basin:
         count = self.motion.shape[1]
         first = world * count
         tile_x, tile_y = self._tile[world, 0]
+        share = math.sqrt(friction)  # Chipmunk multiplies the coefficients of the two shapes.
         for row, body in enumerate(self._bodies[first : first + count]):
             x, y, heading, vx, vy, yaw_rate = motion[row].tolist()
             # A step of no length spends the bias velocities, which survive a teleport.
@@ -107,9 +110,10 @@ class Basin:
             body.velocity, body.angular_velocity = (vx, vy), yaw_rate
             body.force, body.torque = (0.0, 0.0), 0.0
             for shape in body.shapes:
-                # Chipmunk multiplies the coefficients of the two shapes.
-                shape.friction = math.sqrt(friction)
-            body.space.reindex_shapes_for_body(body)
+                shape.friction = share
+            self._spaces[world].reindex_shapes_for_body(body)
+        for wall in self._walls[world]:
+            wall.friction = share
         self.motion[world] = motion
         self.motion[world, :, :2] += self._tile[world]
 
@@ -143,8 +147,8 @@ class Basin:
         vessel, boat = params.hulls()
         space = pymunk.Space()
         cell = vessel.length
-        shapes = len(worlds) * count
-        space.use_spatial_hash(cell, 8 * shapes)
+        # The size of the table orders the contacts, so it must not depend on the other worlds.
+        space.use_spatial_hash(cell, CELLS_PER_BODY * count)
         space.iterations = 10
         space.collision_slop = 1e-4
         # Contacts that have ended are forgotten at once, so that none outlives a reset.
@@ -156,7 +160,7 @@ class Basin:
             tile = (spacing * (index % columns), spacing * (index // columns))
             self._tile[world] = tile
             if params.water.walls is not None:
-                _add_walls(space, tile, params.water.walls)
+                self._walls[world] = _add_walls(space, tile, params.water.walls)
             bodies += [_add_hull(space, tile, vessel)]
             bodies += [_add_hull(space, tile, boat) for _ in range(params.num_boats)]
         first = worlds[0] * count
@@ -186,12 +190,16 @@ def _add_hull(space: pymunk.Space, tile: tuple[float, float], hull: HullParams) 
     return body
 
 
-def _add_walls(space: pymunk.Space, tile: tuple[float, float], half: float) -> None:
+def _add_walls(space: pymunk.Space, tile: tuple[float, float], half: float) -> list[pymunk.Segment]:
     """Four thick walls whose inner faces lie ``half`` from the tile's centre."""
     x, y = tile
     d = half + WALL_THICKNESS / 2
     corners = [(x - d, y - d), (x + d, y - d), (x + d, y + d), (x - d, y + d)]
-    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
-        wall = pymunk.Segment(space.static_body, a, b, WALL_THICKNESS / 2)
-        wall.elasticity, wall.friction = 0.0, 0.5
-        space.add(wall)
+    walls = [
+        pymunk.Segment(space.static_body, a, b, WALL_THICKNESS / 2)
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
+    ]
+    for wall in walls:
+        wall.elasticity = 0.0
+    space.add(*walls)
+    return walls

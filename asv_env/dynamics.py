@@ -33,6 +33,7 @@ class Dynamics:
         shape = (num_worlds, len(hulls))
         self._linear, self._quadratic = np.ones((*shape, 3)), np.ones((*shape, 3))
         self._dt_per_mass = np.ones((*shape, 3))
+        self._softened = np.ones((*shape, 3))
         self._make_workspace(shape)
 
     def _make_workspace(self, shape: tuple[int, int]) -> None:
@@ -60,6 +61,7 @@ class Dynamics:
         linear, quadratic = self._drag
         self._linear[world] = linear * start.drag_gain[:, None]
         self._quadratic[world] = quadratic * start.drag_gain[:, None]
+        self._softened[world] = water.softening(self._linear[world], self._dt_per_mass[world])
         self.motors.start(world, start.thrust_gain, dt / start.lag)
 
     def advance(self, action: Float, working: Bool, steps: int) -> Float:
@@ -103,7 +105,12 @@ class Dynamics:
             flow = self.current(plane(self._basin.world_motion()))
             self._through_water -= flow * self._heading.conj()
         total = water.damped(
-            self._wrench, self._velocity, self._linear, self._quadratic, self._dt_per_mass
+            self._wrench,
+            self._velocity,
+            self._linear,
+            self._quadratic,
+            self._dt_per_mass,
+            self._softened,
         )
         np.multiply(plane(total), self._heading, out=self._pull)
         np.copyto(self._twist, total[..., 2])

@@ -27,9 +27,9 @@ def slots(params: EnvParams, team: int) -> Complex:
     vessel, boat = params.vessel, params.boat
     standoff = 1j * (vessel.width + boat.length) / 2
     if team < SMALLEST_CAGE:
-        u = vessel.length * ((np.arange(team) + 1) / (team + 1) - 0.5)
-        return u + standoff
-    points = vessel.length * (np.arange(team) / (team - 1) - 0.5) + standoff
+        inner: Complex = vessel.length * ((np.arange(team) + 1) / (team + 1) - 0.5) + standoff
+        return inner
+    points: Complex = vessel.length * (np.arange(team) / (team - 1) - 0.5) + standoff
     end = (vessel.length + boat.width) / 2 + params.task.end_gap
     points[0], points[-1] = -end, end
     return points
@@ -37,7 +37,8 @@ def slots(params: EnvParams, team: int) -> Complex:
 
 def slot_direction(side: Float) -> Complex:
     """Direction (...,) in the vessel's frame that boats in their slots face: across it."""
-    return -1j * side
+    across: Complex = -1j * side
+    return across
 
 
 def assign(boats: Complex, points: Complex) -> np.ndarray:
@@ -68,11 +69,9 @@ def assign_slots(params: EnvParams, motion: Float, working: Bool, side: float) -
     """
     boats = (plane(motion)[1:] - plane(motion)[0]) * np.exp(-1j * motion[0, 2])
     slot = boats.copy()
-    points = slots(params, max(2, int(working.sum())))
+    points = slots(params, int(working.sum()))
     if side < 0:
         points = points.conj()
-    if working.sum() == 1:
-        points = points[:1]
     slot[working] = points[assign(boats[working], points)]
     return slot
 

@@ -41,11 +41,11 @@ class Metrics:
     episode_return: Float
 
 
-def fresh(relations: Relations) -> Metrics:
-    """Tallies at the start of episodes with these relations."""
+def fresh(relations: Relations, state: State) -> Metrics:
+    """Tallies at the start of episodes."""
     worlds, team = relations.boat.shape
     return Metrics(
-        closure_tick=np.full(worlds, NEVER),
+        closure_tick=np.where(state.closed, state.tick, NEVER),
         arrival_tick=np.full((worlds, team), NEVER),
         closure_lost=np.zeros(worlds, dtype=np.int64),
         min_position_error=relations.goal_error.copy(),
@@ -55,6 +55,12 @@ def fresh(relations: Relations) -> Metrics:
         collisions=np.zeros(worlds, dtype=np.int64),
         episode_return=np.zeros(worlds),
     )
+
+
+def restart_errors(tally: Metrics, relations: Relations, index: np.ndarray) -> None:
+    """Forgets the errors of worlds ``index`` (n,) whose goal has become another one."""
+    tally.min_position_error[index] = relations.goal_error[index]
+    tally.heading_error_at_min[index] = relations.heading_error[index]
 
 
 def update(

@@ -139,7 +139,7 @@ def _put_neighbours(view: View, observation: Observation) -> None:
     motion = velocity.ravel().take(nearest) - velocity[..., None]
     np.multiply(motion, eyes / FULL_SPEED, out=vectors[..., 1])
     seen[:, :, :count, 4] = 1.0
-    observation[...] = seen.reshape(worlds, team, -1)
+    observation[...] = seen.reshape(worlds, team, 5 * NEIGHBOURS)
 
 
 @lru_cache(maxsize=8)

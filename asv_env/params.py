@@ -5,8 +5,9 @@ from __future__ import annotations
 import difflib
 import math
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
+from numbers import Integral, Real
 from typing import Any, Self
 
 from asv_env import geometry
@@ -33,15 +34,19 @@ def choice(kind: str, value: object, known: Iterable[str]) -> str:
     raise ValueError(f"unknown {kind} {value!r}.{hint} Known: {', '.join(map(repr, names))}.")
 
 
+def _finite(value: Any) -> bool:
+    """Whether a value is a real, finite number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
 def _number(owner: object, name: str, low: float, high: float = math.inf) -> None:
     value = getattr(owner, name)
-    try:
-        fine = not isinstance(value, bool) and math.isfinite(value) and low <= value <= high
-    except TypeError as error:
-        raise TypeError(
-            f"{type(owner).__name__}.{name} must be a number, got {value!r}"
-        ) from error
-    if not fine:
+    if not (_finite(value) and low <= value <= high):
         raise ValueError(
             f"{type(owner).__name__}.{name} = {value!r}: must be a finite number in "
             f"[{low:g}, {high:g}]"
@@ -53,13 +58,18 @@ def _numbers(owner: object, names: str, low: float, high: float = math.inf) -> N
         _number(owner, name, low, high)
 
 
-def _interval(owner: object, name: str, low: float) -> None:
-    pair = getattr(owner, name)
-    if len(pair) != 2 or not (low <= pair[0] <= pair[1] < math.inf):
+def _pair(owner: object, name: str, low: float, what: str, ordered: bool = False) -> None:
+    value = getattr(owner, name)
+    fine = isinstance(value, Sequence) and len(value) == 2 and all(map(_finite, value))
+    if not fine or min(value) < low or (ordered and value[0] > value[1]):
         raise ValueError(
-            f"{type(owner).__name__}.{name} = {pair!r}: must be (smallest, largest), "
-            f"both finite and at least {low:g}"
+            f"{type(owner).__name__}.{name} = {value!r}: must be {what}, two finite numbers of "
+            f"at least {low:g}"
         )
+
+
+def _interval(owner: object, name: str, low: float) -> None:
+    _pair(owner, name, low, "(smallest, largest)", ordered=True)
 
 
 TINY = 1e-9
@@ -100,12 +110,7 @@ class HullParams:
         if self.inertia is not None:
             _number(self, "inertia", TINY)
         for name in ("surge", "sway", "yaw"):
-            pair = getattr(self, name)
-            if len(pair) != 2 or not all(math.isfinite(c) and c >= 0 for c in pair):
-                raise ValueError(
-                    f"{type(self).__name__}.{name} = {pair!r}: must be two drag coefficients "
-                    "(linear, quadratic), finite and not negative"
-                )
+            _pair(self, name, 0.0, "(linear, quadratic) drag")
 
     @property
     def outline(self) -> list[tuple[float, float]]:
@@ -179,6 +184,7 @@ class BoatParams(HullParams):
 
     @property
     def outline(self) -> list[tuple[float, float]]:
+        """Convex polygon of the hull with its flat bow, m."""
         return geometry.boat_hull(self.length, self.width, self.bow)
 
     def scaled(self, factor: float) -> BoatParams:
@@ -315,9 +321,10 @@ class ClockParams:
 
     def __post_init__(self) -> None:
         for name in ("physics", "sensing", "control"):
-            if getattr(self, name) != int(getattr(self, name)) or getattr(self, name) < 1:
+            rate = getattr(self, name)
+            if isinstance(rate, bool) or not isinstance(rate, Integral) or rate < 1:
                 raise ValueError(
-                    f"ClockParams.{name} = {getattr(self, name)!r}: must be a whole number of Hz"
+                    f"ClockParams.{name} = {rate!r}: must be a whole number of Hz, at least 1"
                 )
         for fast, slow in (("physics", "sensing"), ("sensing", "control")):
             if getattr(self, fast) % getattr(self, slow):
@@ -386,13 +393,14 @@ class TaskParams:
         choice("side", self.side, SIDES)
         _interval(self, "goal_distance", 0.0)
         _interval(self, "start_distance", TINY)
-        _numbers(self, "start_spacing nearing_tolerance hold_time end_gap", 0.0)
+        _numbers(self, "nearing_tolerance hold_time end_gap", 0.0)
+        _number(self, "start_spacing", 1.0)
         _numbers(
             self,
-            "arena position_tolerance heading_tolerance speed_tolerance yaw_rate_tolerance "
-            "slot_distance slot_angle slot_speed",
+            "arena position_tolerance speed_tolerance yaw_rate_tolerance slot_distance slot_speed",
             TINY,
         )
+        _numbers(self, "heading_tolerance slot_angle", TINY, math.pi)
         if self.time_limit is None:
             object.__setattr__(self, "time_limit", 180.0 if self.name == "transport" else 120.0)
         _number(self, "time_limit", TINY)
@@ -463,6 +471,10 @@ class VariationParams:
             if getattr(self, name) is not None:
                 _interval(self, name, TINY)
         _interval(self, "failure_time", 0.0)
+        if isinstance(self.failures, bool) or not isinstance(self.failures, Integral):
+            raise ValueError(
+                f"VariationParams.failures = {self.failures!r}: must be a whole number"
+            )
         _number(self, "failures", 0)
 
 
@@ -520,11 +532,27 @@ class EnvParams:
                 f"failures = {self.variation.failures}: fewer than num_boats = "
                 f"{self.num_boats} can fail, somebody has to push"
             )
-        walls = self.water.walls
-        if walls is not None and self.task.start_distance[0] > walls:
+        self._check_places()
+
+    def _check_places(self) -> None:
+        """Starts and goals are where hulls can be."""
+        walls, task = self.water.walls, self.task
+        clear = math.hypot(self.vessel.length, self.vessel.width) / 2
+        clear += math.hypot(self.boat.length, self.boat.width) / 2
+        if task.name != "push" and task.start_distance[0] < clear:
             raise ValueError(
-                f"walls = {walls:g} m lie inside the start distance "
-                f"{self.task.start_distance!r} m; make the basin larger"
+                f"start_distance = {task.start_distance!r}: boats would start in the vessel; "
+                f"begin at {clear:.3g} m or more"
+            )
+        if walls is not None and task.start_distance[0] > walls:
+            raise ValueError(
+                f"walls = {walls:g} m lie inside start_distance = {task.start_distance!r} m; "
+                "make the basin larger"
+            )
+        if walls is not None and task.goal is not None and max(map(abs, task.goal[:2])) > walls:
+            raise ValueError(
+                f"goal = {task.goal!r}: outside the walls at {walls:g} m; choose a nearer goal "
+                "or a larger basin"
             )
 
     @property

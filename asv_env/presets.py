@@ -13,10 +13,17 @@ from typing import Any
 
 from asv_env.params import (
     NOMINAL_LENGTH,
+    TASKS,
     BoatParams,
+    ClockParams,
     EnvParams,
+    HullParams,
+    RewardParams,
+    SensorParams,
     TaskParams,
+    VariationParams,
     VesselParams,
+    WaterParams,
     check_num_boats,
     choice,
 )
@@ -70,7 +77,15 @@ PRESETS: dict[str, Overrides] = {
 }
 DEFAULT_TEAM = {"paper_simulation": 10}
 
-SECTIONS = tuple(f.name for f in fields(EnvParams) if f.name not in ("num_boats", "action_mode"))
+REST = {
+    "water": WaterParams(),
+    "sensors": SensorParams(),
+    "clock": ClockParams(),
+    "variation": VariationParams(),
+    "reward": RewardParams(),
+}
+"""Sections that depend on neither the team nor the vessel."""
+SECTIONS = ("boat", "vessel", "task", *REST)
 TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
 
 
@@ -104,7 +119,7 @@ def make_params(
         ValueError: an unknown name (with the nearest known one) or a value out of range.
         TypeError: a section that is neither its dataclass nor a mapping.
     """
-    choice("task", task, ("approach", "push", "transport"))
+    choice("task", task, TASKS)
     choice("scenario", scenario, SCENARIOS)
     choice("preset", preset, PRESETS)
     team = check_num_boats(DEFAULT_TEAM.get(preset, 4) if num_boats is None else num_boats)
@@ -117,9 +132,10 @@ def make_params(
     if "arena" not in PRESETS[preset].get("task", {}):
         nominal_task = nominal_task.scaled(vessel.length / NOMINAL_LENGTH)
     sections = {"boat": boat, "vessel": vessel, "task": _merged(nominal_task, "task", layers)}
-    for f in fields(EnvParams):
-        if f.name in SECTIONS and f.name not in sections:
-            sections[f.name] = _merged(f.default_factory(), f.name, layers)  # type: ignore[misc]
+    if sections["task"].name != task:
+        raise ValueError(f"task_params is of the task {sections['task'].name!r}, not of {task!r}")
+    for name, default in REST.items():
+        sections[name] = _merged(default, name, layers)
     return EnvParams(num_boats=team, action_mode=action_mode, **sections)
 
 
@@ -159,7 +175,7 @@ def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
             given[name] = value
         else:
             known = sorted({*TASK_OPTIONS, *SECTIONS, "task_params", "num_boats", "scenario"})
-            choice("option", name, known + ["preset", "action_mode", "render_mode"])
+            choice("option", name, [*known, "preset", "action_mode", "render_mode"])
     if flat:
         given["task"] = {**_as_mapping(given.get("task", {}), "task"), **flat}
     return given
@@ -178,6 +194,8 @@ def _merged(base: Any, section: str, layers: tuple[dict[str, Any], ...]) -> Any:
             known = [f.name for f in fields(base)]
             for name in changes:
                 choice(f"{section} parameter", name, known)
+            if {"length", "width", "mass"} & changes.keys() and isinstance(base, HullParams):
+                changes.setdefault("inertia", None)  # It follows from what is given.
             base = replace(base, **changes)
     return base
 

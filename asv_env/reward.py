@@ -18,6 +18,7 @@ collision   -1 each tick at which the boat touches another hull than the vessel
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def terms(
     worth the same for every vessel.
     """
     weight, task = params.reward, params.task.name
-    shared: dict[str, Float] = {}
+    shared: dict[str, Any] = {}
     if task != "push":
         shared["closure"] = weight.closure * _rise(before.closure, after.closure)
     if task != "approach":
@@ -75,7 +76,7 @@ def terms(
     shared["success"] = weight.success * ending.reached
     shared["strayed"] = -(weight.strayed + weight.time * left) * ending.strayed
     shared["time"] = np.full(len(left), -weight.time)
-    own = {name: value[:, None] for name, value in shared.items()}
+    own: dict[str, Float] = {name: value[:, None] for name, value in shared.items()}
     squares = np.add.reduce(np.square(state.thrust), axis=-1)
     own["effort"] = squares * (-0.5 * weight.effort / params.boat.thrust**2)
     own["collision"] = -weight.collision * state.touching[..., 1]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from asv_env import formation
@@ -90,7 +92,7 @@ def _bound(params: EnvParams, margin: float) -> float:
     return params.task.arena - margin if walls is None else walls - margin
 
 
-def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, object]:
+def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
     """What differs from the nominal in this episode, by the names of ``Start``."""
     spread, team = params.variation, params.num_boats
 

@@ -7,6 +7,8 @@ accelerations expected of a hull, poses carried on by the filtered velocities.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from asv_env.geometry import wrap
@@ -18,7 +20,7 @@ BLOCK = 64
 
 
 class Sensors:
-    """Measurement and filter of ``num_worlds`` worlds, each with its own Generator.
+    """Measurement and filter of ``num_worlds`` worlds, each with a Generator for its noise.
 
     Attributes:
         measured: (W, B, 6) the latest measurement.
@@ -37,26 +39,35 @@ class Sensors:
         drift = self._dt * (np.sqrt(self._velocity_gain) * self._noise[3:] + expected / 2)
         self._pose_gain = steady_gain(drift, self._noise[:3])
         shape = (num_worlds, 1 + params.num_boats, 6)
-        self.measured = np.zeros(shape)
-        self.estimate = np.zeros(shape)
+        self.measured: Float = np.zeros(shape)
+        self.estimate: Float = np.zeros(shape)
         if not self._exact:
             self._block = np.zeros((num_worlds, BLOCK, *shape[1:]))
             self._drawn = np.full(num_worlds, BLOCK)
+            self._rngs: dict[int, np.random.Generator] = {}
 
-    def reset(self, index: np.ndarray, motion: Float, rngs: list[np.random.Generator]) -> None:
-        """Starts the worlds ``index`` (n,) afresh from their motion (n, B, 6)."""
+    def reset(
+        self, index: np.ndarray, motion: Float, rngs: Mapping[int, np.random.Generator]
+    ) -> None:
+        """Starts the worlds ``index`` (n,) afresh from their motion (n, B, 6).
+
+        The noise of an episode has a Generator of its own, spawned from the world's, so that
+        what the world draws next does not depend on how long the episode was.
+        """
         if not self._exact:
             self._drawn[index] = BLOCK
-        noisy = self._noisy(index, motion, rngs)
+            self._rngs.update((int(world), rngs[int(world)].spawn(1)[0]) for world in index)
+        noisy = self._noisy(index, motion)
+        self.measured, self.estimate = self.measured.copy(), self.estimate.copy()
         self.measured[index] = noisy
         self.estimate[index] = noisy
 
-    def sense(self, motion: Float, rngs: list[np.random.Generator]) -> None:
+    def sense(self, motion: Float) -> None:
         """Measures the motion (W, B, 6) and carries the estimate on by one sensing tick."""
         if self._exact:
             self.measured = self.estimate = motion
             return
-        self.measured = self._noisy(np.arange(len(motion)), motion, rngs)
+        self.measured = self._noisy(np.arange(len(motion)), motion)
         k, previous = self._velocity_gain, self.estimate
         velocity = (1 - k) * previous[..., 3:] + k * self.measured[..., 3:]
         predicted = previous[..., :3] + self._dt * velocity
@@ -66,11 +77,11 @@ class Sensors:
         pose[..., 2] = wrap(pose[..., 2])
         self.estimate = np.concatenate([pose, velocity], axis=-1)
 
-    def _noisy(self, index: np.ndarray, motion: Float, rngs: list[np.random.Generator]) -> Float:
+    def _noisy(self, index: np.ndarray, motion: Float) -> Float:
         if self._exact:
             return motion
         for world in index[self._drawn[index] == BLOCK]:
-            self._block[world] = rngs[world].standard_normal(self._block.shape[1:])
+            self._block[world] = self._rngs[int(world)].standard_normal(self._block.shape[1:])
             self._drawn[world] = 0
         noisy = motion + self._noise * self._block[index, self._drawn[index]]
         self._drawn[index] += 1

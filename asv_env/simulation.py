@@ -6,7 +6,7 @@ Everything that the faces offer is here; they only translate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
+from copy import copy, deepcopy
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from asv_env.geometry import plane, wrap
 from asv_env.params import EnvParams
 from asv_env.sensors import Sensors
 from asv_env.types import (
-    Action,
     Bool,
     Ending,
     Float,
@@ -96,7 +95,7 @@ class Simulation:
         self._relative_goal = np.zeros((worlds, 3))
         self.relations = _relations(self.state)
         self._potentials = reward.potentials(self.relations, self.state, self.params)
-        self._tally = metrics.fresh(self.relations)
+        self._tally = metrics.fresh(self.relations, self.state)
 
     # ------------------------------------------------------------------ episodes
 
@@ -124,12 +123,13 @@ class Simulation:
         self._seed(index, [None] * len(index) if seeds is None else seeds)
         if goal is not None:
             goal = np.array(self.params.task.checked_goal(goal))
+        self.state = deepcopy(self.state)  # What was handed out stays as it was.
         for world in index:
             self._begin(int(world), goal)
         some = rows(self.state, index)
         put_rows(self.relations, index, _relations(some))
         self._restart_potentials(index)
-        put_rows(self._tally, index, metrics.fresh(rows(self.relations, index)))
+        put_rows(self._tally, index, metrics.fresh(rows(self.relations, index), some))
         self._steps_over[index] = 0
         self._sensors.reset(index, some.motion, self._rngs)
         return self._observe(index)
@@ -209,9 +209,7 @@ class Simulation:
         terms = reward.terms(self._potentials, after, state, self.ending, self.params)
         rewards = reward.total(terms, self.params.num_boats)
         self._potentials = after
-        metrics.update(
-            self._tally, before, state, self.relations, holds, rewards, self.params
-        )
+        metrics.update(self._tally, before, state, self.relations, holds, rewards, self.params)
         self._change_roles()
         return TimeStep(self._observe(), rewards, self.ending, terms)
 
@@ -223,7 +221,7 @@ class Simulation:
                 "simulation was made; call reset first"
             )
 
-    def _checked(self, action: Any) -> Action:
+    def _checked(self, action: Any) -> Float:
         try:
             command = np.asarray(action, dtype=np.float64)
         except (TypeError, ValueError) as error:
@@ -239,15 +237,13 @@ class Simulation:
             )
         return np.minimum(np.maximum(command, -1.0), 1.0)
 
-    def _move(self, command: Action) -> None:
+    def _move(self, command: Float) -> None:
         """Physics and sensing of one control step."""
         clock, state = self.params.clock, self.state
         for _ in range(clock.sensing // clock.control):
-            motion = self._dynamics.advance(
-                command, state.working, clock.physics // clock.sensing
-            )
+            motion = self._dynamics.advance(command, state.working, clock.physics // clock.sensing)
             motion[..., 2] = wrap(motion[..., 2])
-            self._sensors.sense(motion, self._rngs)
+            self._sensors.sense(motion)
         state.motion = motion
         state.thrust = self._dynamics.motors.thrust.copy()
         state.touching = self._dynamics.touching()
@@ -272,7 +268,7 @@ class Simulation:
         if not len(changed):
             return
         state.working = state.working & ~fails
-        for world in changed:
+        for world in map(int, changed):
             if fails[world].any():
                 self._assign(world)
             if anchors[world]:
@@ -280,6 +276,7 @@ class Simulation:
         state.anchored = state.anchored | anchors
         put_rows(self.relations, changed, _relations(rows(state, changed)))
         self._restart_potentials(changed)
+        metrics.restart_errors(self._tally, self.relations, np.flatnonzero(anchors))
 
     def _restart_potentials(self, index: np.ndarray) -> None:
         """Potentials of worlds whose slots or goals are new: no reward for the change itself."""

@@ -21,7 +21,7 @@ def ending(relations: Relations, state: State, water: Complex, params: EnvParams
     if params.task.name == "approach":
         reached = state.held >= max(1, round(params.task.hold_time * params.clock.control))
     else:
-        reached = delivered(relations, water, params.task)
+        reached = delivered(relations, water, params.task) & state.anchored
     reach = np.maximum.reduce(np.abs(state.motion[..., :2]), axis=(1, 2))
     strayed = reach > params.task.arena
     return Ending(reached & ~strayed, strayed, state.tick >= params.time_limit_ticks)

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Float = NDArray[np.floating[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
 Int = NDArray[np.int64]
 Bool = NDArray[np.bool_]
 Action = NDArray[np.float32]
@@ -129,10 +129,12 @@ class Ending:
 
     @property
     def terminated(self) -> Bool:
+        """(W,) episodes that are over by what happened in them."""
         return self.reached | self.strayed
 
     @property
     def truncated(self) -> Bool:
+        """(W,) episodes that are over by the clock alone."""
         return self.timed_out & ~self.terminated
 
 

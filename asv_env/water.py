@@ -1,12 +1,14 @@
 """What the water does to a hull: currents, and drag of the motion relative to them.
 
 Per axis of the hull (surge, sway, yaw) the drag is (linear + quadratic |v|) v. It is integrated
-implicitly: with effective mass m and step dt the speed becomes
+so that it can never reverse a motion, whatever the coefficients: with effective mass m and step
+dt the speed becomes
 
-    v' = (v + dt F / m) / (1 + dt (linear + quadratic |v|) / m)
+    v' = (s v + dt F / m) / (s + dt (linear + quadratic |v|) / m)
 
-so drag alone can never reverse a motion, whatever the coefficients; the terminal speed under a
-constant force is exact for any dt, and so is the coasting distance for purely linear drag.
+with F the force of everything else. With s = 1 this is an implicit step; s = l / (exp(l) - 1),
+l = dt linear / m, makes the decay of the speed exact for linear and quadratic drag together. The
+terminal speed under a constant force is exact for any dt.
 """
 
 from __future__ import annotations
@@ -25,10 +27,21 @@ def coefficients(hulls: Sequence[HullParams]) -> tuple[Float, Float]:
     return table[..., 0], table[..., 1]
 
 
+def softening(linear: Float, dt_per_mass: Float) -> Float:
+    """The term l / (exp(l) - 1) of ``damped``, l = linear * dt_per_mass; 1 without linear drag."""
+    decay = np.minimum(linear * dt_per_mass, 700.0)  # exp overflows soon after
+    return np.where(decay > 0, decay / np.where(decay > 0, np.expm1(decay), 1.0), 1.0)
+
+
 def damped(
-    wrench: Float, velocity: Float, linear: Float, quadratic: Float, dt_per_mass: Float
+    wrench: Float,
+    velocity: Float,
+    linear: Float,
+    quadratic: Float,
+    dt_per_mass: Float,
+    softened: Float,
 ) -> Float:
-    """Total wrench whose explicit step has the effect of ``wrench`` and implicit drag.
+    """Total wrench whose explicit step has the effect of ``wrench`` and drag.
 
     Args:
         wrench: (..., 3) surge N, sway N, yaw N m from everything but the water.
@@ -36,9 +49,10 @@ def damped(
         linear: (..., 3) linear drag coefficients.
         quadratic: (..., 3) quadratic drag coefficients.
         dt_per_mass: (..., 3) physics step over effective mass, mass and inertia.
+        softened: (..., 3) from ``softening``.
     """
     coefficient = linear + quadratic * np.abs(velocity)
-    return (wrench - coefficient * velocity) / (1.0 + coefficient * dt_per_mass)
+    return (wrench - coefficient * velocity) / (softened + coefficient * dt_per_mass)
 
 
 def current(params: WaterParams, position: Complex) -> Complex:

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asv_env.geometry import wrap
+from asv_env.types import Float
 
-Array = NDArray[np.float64]
+Array = Float
 
 
 def finite(name: str, value: ArrayLike) -> Array:

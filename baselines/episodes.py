@@ -72,9 +72,9 @@ class Episode:
 
 
 COLUMNS = tuple(f.name for f in fields(Episode))
-NOT_OF_APPROACH = COLUMNS[COLUMNS.index("position_error") : COLUMNS.index("time_to_closure")] + (
-    "time_to_goal",
-    "path_length_ratio",
+NOT_OF_APPROACH = (
+    *("position_error", "heading_error", "min_position_error", "heading_error_at_min"),
+    *("time_to_goal", "path_length_ratio"),
 )
 NOT_OF_PUSH = ("time_to_closure", "closure_spread")
 
@@ -166,7 +166,7 @@ def _row(
     task = params.task.name
     relative = goal if side > 0 else goal * (1.0, -1.0, -1.0)
     shortest = float(dubins.length(relative, params.vessel.length / 2))
-    values = {
+    values: dict[str, Any] = {
         **ended,
         "seed": seed,
         "policy": name,
@@ -177,12 +177,11 @@ def _row(
         "path_length_ratio": ended["path_length"] / shortest if shortest > 0 else None,
     }
     inapplicable = {"approach": NOT_OF_APPROACH, "push": NOT_OF_PUSH, "transport": ()}[task]
-    return Episode(
-        **{
-            column: None if column in inapplicable or _is_nan(values[column]) else values[column]
-            for column in COLUMNS
-        }
-    )
+    row: dict[str, Any] = {
+        column: None if column in inapplicable or _is_nan(values[column]) else values[column]
+        for column in COLUMNS
+    }
+    return Episode(**row)
 
 
 def _is_nan(value: Any) -> bool:

@@ -90,7 +90,7 @@ def _check(options: argparse.Namespace) -> None:
         if getattr(options, name) < least:
             flag = name.replace("_", "-")
             raise ValueError(f"--{flag} {getattr(options, name)}: must be at least {least}")
-    goal = {} if options.random_goals else {"goal": tuple(options.goal)}
+    goal: dict[str, Any] = {} if options.random_goals else {"goal": tuple(options.goal)}
     options.params = make_params(
         options.task, options.num_boats, options.scenario, options.preset, **goal
     )

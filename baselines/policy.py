@@ -60,7 +60,7 @@ class Random:
         """See ``Policy.act``. Remembers a Generator for each world."""
         worlds, team = sensed.slot.shape
         rngs = memory or [None] * worlds
-        for world in np.flatnonzero(fresh | (memory is None)):
+        for world in map(int, np.flatnonzero(fresh | (memory is None))):
             rngs[world] = np.random.default_rng(_fingerprint(self._seed, sensed, world))
         action = np.stack([rng.uniform(-1.0, 1.0, (team, 2)) for rng in rngs])
         return action.astype(np.float32), rngs

@@ -21,7 +21,7 @@ from asv_env.formation import relate
 from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation, Sensed
 from baselines.conveying import Conveying, PushGains, PushMemory
-from baselines.grasping import Grasping, GraspGains, GraspMemory
+from baselines.grasping import GraspGains, Grasping, GraspMemory
 
 
 @dataclass
@@ -98,9 +98,7 @@ class ScriptedPolicy:
 
 
 def _mirrored(pose: Float, flip: Float) -> Float:
-    """Poses (W, 3) or motions (W, B, 6) whose worlds are mirrored at the x axis where ``flip``
-    (W,) is -1: y, heading and their rates change sign.
-    """
+    """Poses (W, 3) or motions (W, B, 6), mirrored at the x axis where ``flip`` (W,) is -1."""
     signs = np.ones((len(flip), pose.shape[-1]))
     signs[:, 1:3] = signs[:, 4:] = flip[:, None]
     return pose * (signs if pose.ndim == 2 else signs[:, None])

@@ -48,8 +48,8 @@ def save_picture(path: Path, tracks: Sequence[Track], params: EnvParams) -> None
 
 def _draw_policy(axes: Axes, tracks: Sequence[Track], params: EnvParams) -> None:
     for track in tracks:
-        colour = VESSEL if track.episode.success else FAILED
-        axes.plot(*track.poses[:, 0, :2].T, color=colour, alpha=0.15, linewidth=0.8, zorder=2)
+        way = VESSEL if track.episode.success else FAILED
+        axes.plot(*track.poses[:, 0, :2].T, color=way, alpha=0.15, linewidth=0.8, zorder=2)
     example = tracks[0]
     for boat in range(1, example.poses.shape[1]):
         colour = BOATS((boat - 1) % 10)

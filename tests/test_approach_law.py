@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from baselines import braitenberg, spiral
 from asv_env.geometry import wrap
+from baselines import braitenberg, spiral
 
 LENGTH, WIDTH = 0.40, 0.15
 BOAT_LENGTH, BOAT_WIDTH = 0.12, 0.065

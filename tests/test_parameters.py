@@ -225,7 +225,7 @@ def test_annulus_without_room_for_the_team_is_refused():
 
 def test_annulus_that_reaches_into_the_vessel_is_refused():
     with pytest.raises(ValueError, match="start_distance"):
-        Simulation(make_params(start_distance=(0.01, 0.1), start_spacing=0.1)).reset()
+        Simulation(make_params(start_distance=(0.01, 0.1), start_spacing=1.0)).reset()
 
 
 def test_goals_beyond_the_walls_are_refused():

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
-from baselines import braitenberg, brownian, dubins, pushing, spiral, two_arc
 from asv_env.geometry import wrap
+from baselines import braitenberg, brownian, dubins, pushing, spiral, two_arc
 from baselines.arcs import ArcPath, advance
 
 coordinates = st.floats(-2.0, 2.0)

