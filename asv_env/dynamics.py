@@ -97,7 +97,7 @@ class Dynamics:
         np.cos(self._angle, out=self._cos)
         np.sin(self._angle, out=self._sin)
         np.multiply(self._course, self._heading.conj(), out=self._through_water)
-        np.copyto(self._yaw_rate, self._spin)
+        self._yaw_rate[...] = self._spin
 
     def _exert(self) -> None:
         """Hands motors and water, in the world's frame, to the basin."""
@@ -113,7 +113,7 @@ class Dynamics:
             self._softened,
         )
         np.multiply(plane(total), self._heading, out=self._pull)
-        np.copyto(self._twist, total[..., 2])
+        self._twist[...] = total[..., 2]
 
     def current(self, position: Complex) -> Complex:
         """Velocity of the water (...) at positions (...) of a world, m/s."""

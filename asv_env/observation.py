@@ -37,7 +37,7 @@ class View:
         relations: of the estimate.
         eyes: (W, A) conjugate directions of the boats; a vector times these is in their frame.
         hull: (W, 1) conjugate direction of the vessel.
-        length: of the vessel, m.
+        slot: (W, A) from each boat to its slot, in the boat's frame, m.
         ready: (W,) share of the working boats that hold their slots.
     """
 
@@ -45,13 +45,8 @@ class View:
     relations: Relations
     eyes: Complex
     hull: Complex
-    length: float
+    slot: Complex
     ready: Float
-
-    @property
-    def slot(self) -> Complex:
-        """(W, A) from each boat to its slot, in the boat's frame, m."""
-        return self.relations.slot_gap * (self.relations.heading[:, :1] * self.eyes)
 
 
 @dataclass(frozen=True)
@@ -60,35 +55,37 @@ class Feature:
 
     Attributes:
         name: what is observed.
-        bound: to which the values are clipped, on both sides.
-        of: from a view to (W, A) or (W, 1), complex for a vector x + iy, scaled.
+        scale: by which it is divided; None is the vessel's length.
+        bound: to which the scaled values are clipped, on both sides.
+        of: from a view to (W, A) or (W, 1), complex for a vector x + iy; SI units.
     """
 
     name: str
+    scale: float | None
     bound: float
     of: Callable[[View], np.ndarray]
 
 
 VECTORS = (
-    Feature("own velocity", FAST, lambda v: v.relations.velocity[:, 1:] * v.eyes / FULL_SPEED),
-    Feature("own slot", FAR, lambda v: v.slot / v.length),
-    Feature("own slot, magnified", 1.0, lambda v: v.slot / FINE),
-    Feature("own direction against the slot's", 1.0, lambda v: v.relations.alignment),
-    Feature("own place beside the vessel", FAR, lambda v: v.relations.boat / v.length),
-    Feature("own slot beside the vessel", FAR, lambda v: v.sensed.slot / v.length),
-    Feature("vessel's velocity", FAST, lambda v: v.relations.velocity[:, :1] * v.hull / FULL_SPEED),
-    Feature("vessel's goal", FAR, lambda v: v.relations.goal[:, None] / v.length),
-    Feature("vessel's goal, magnified", 1.0, lambda v: v.relations.goal[:, None] / FINE),
-    Feature("vessel's goal direction", 1.0, lambda v: v.relations.goal_turn[:, None]),
+    Feature("own velocity", FULL_SPEED, FAST, lambda v: v.relations.velocity[:, 1:] * v.eyes),
+    Feature("own slot", None, FAR, lambda v: v.slot),
+    Feature("own slot, magnified", FINE, 1.0, lambda v: v.slot),
+    Feature("own direction against the slot's", 1.0, 1.0, lambda v: v.relations.alignment),
+    Feature("own place beside the vessel", None, FAR, lambda v: v.relations.boat),
+    Feature("own slot beside the vessel", None, FAR, lambda v: v.sensed.slot),
+    Feature("vessel's velocity", FULL_SPEED, FAST, lambda v: v.relations.velocity[:, :1] * v.hull),
+    Feature("vessel's goal", None, FAR, lambda v: v.relations.goal[:, None]),
+    Feature("vessel's goal, magnified", FINE, 1.0, lambda v: v.relations.goal[:, None]),
+    Feature("vessel's goal direction", 1.0, 1.0, lambda v: v.relations.goal_turn[:, None]),
 )
 SCALARS = (
-    Feature("own yaw rate", FAST, lambda v: v.relations.yaw_rate[:, 1:] / FULL_YAW_RATE),
-    Feature("vessel's yaw rate", FAST, lambda v: v.relations.yaw_rate[:, :1] / FULL_YAW_RATE),
-    Feature("own hull touches the vessel", 1.0, lambda v: v.sensed.touching[..., 0]),
-    Feature("own hull touches another", 1.0, lambda v: v.sensed.touching[..., 1]),
-    Feature("own thrusters work", 1.0, lambda v: v.sensed.working),
-    Feature("share of slots held", 1.0, lambda v: v.ready[:, None]),
-    Feature("closure formed", 1.0, lambda v: v.sensed.closed[:, None]),
+    Feature("own yaw rate", FULL_YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, 1:]),
+    Feature("vessel's yaw rate", FULL_YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, :1]),
+    Feature("own hull touches the vessel", 1.0, 1.0, lambda v: v.sensed.touching[..., 0]),
+    Feature("own hull touches another", 1.0, 1.0, lambda v: v.sensed.touching[..., 1]),
+    Feature("own thrusters work", 1.0, 1.0, lambda v: v.sensed.working),
+    Feature("share of slots held", 1.0, 1.0, lambda v: v.ready[:, None]),
+    Feature("closure formed", 1.0, 1.0, lambda v: v.sensed.closed[:, None]),
 )
 BOUND = np.array(
     [bound for feature in VECTORS for bound in [feature.bound] * 2]
@@ -107,24 +104,34 @@ def observe(sensed: Sensed, relations: Relations, params: EnvParams) -> Observat
         relations: of ``sensed.estimate``.
         params: the environment's.
     """
-    heading = relations.heading
+    heading, length = relations.heading, params.vessel.length
+    eyes = heading[:, 1:].conj()
+    slot = relations.slot_gap * (heading[:, :1] * eyes)
     ready = _share(holding(relations, params.task), sensed.working)
-    view = View(
-        sensed, relations, heading[:, 1:].conj(), heading[:, :1].conj(), params.vessel.length, ready
-    )
-    observation = np.empty((*sensed.slot.shape, len(BOUND)), dtype=np.float32)
-    vectors = np.empty((*sensed.slot.shape, len(VECTORS)), dtype=np.complex128)
-    for column, feature in enumerate(VECTORS):
-        vectors[..., column] = feature.of(view)
-    scalars = 2 * len(VECTORS)
-    observation[..., :scalars] = vectors.view(np.float64)
-    for column, feature in enumerate(SCALARS, start=scalars):
-        observation[..., column] = feature.of(view)
-    _put_neighbours(view, observation[..., scalars + len(SCALARS) :])
+    view = View(sensed, relations, eyes, heading[:, :1].conj(), slot, ready)
+
+    boats = sensed.slot.shape
+    observation = np.empty((*boats, len(BOUND)), dtype=np.float32)
+    last = 0
+    for table, dtype in ((VECTORS, np.complex128), (SCALARS, np.float64)):
+        values = np.empty((*boats, len(table)), dtype=dtype)
+        for column, feature in enumerate(table):
+            values[..., column] = feature.of(view)
+        values *= _per_scale(table, length)
+        numbers = values.view(np.float64)
+        first, last = last, last + numbers.shape[-1]
+        observation[..., first:last] = numbers
+    _put_neighbours(view, length, observation[..., last:])
     return observation.clip(-BOUND, BOUND, out=observation)
 
 
-def _put_neighbours(view: View, observation: Observation) -> None:
+@lru_cache(maxsize=8)
+def _per_scale(table: tuple[Feature, ...], length: float) -> Float:
+    """What the features are multiplied by, for a vessel of this length, m."""
+    return np.array([1.0 / (feature.scale or length) for feature in table])
+
+
+def _put_neighbours(view: View, length: float, observation: Observation) -> None:
     """The nearest boats, near to far: x, y, vx, vy in the boat's frame, presence; or zeros."""
     position, velocity = view.relations.position[:, 1:], view.relations.velocity[:, 1:]
     worlds, team = position.shape
@@ -135,7 +142,7 @@ def _put_neighbours(view: View, observation: Observation) -> None:
     vectors = seen[:, :, :count, :4].view(np.complex128)
     eyes = view.eyes[..., None]
     gap = position.ravel().take(nearest) - position[..., None]
-    np.multiply(gap, eyes / view.length, out=vectors[..., 0])
+    np.multiply(gap, eyes / length, out=vectors[..., 0])
     motion = velocity.ravel().take(nearest) - velocity[..., None]
     np.multiply(motion, eyes / FULL_SPEED, out=vectors[..., 1])
     seen[:, :, :count, 4] = 1.0

@@ -5,8 +5,9 @@ going is lost by coming back. All terms but effort and collision are shared by t
 
 ==========  ====================================================================
 closure     towards the slots: fall of the boats' mean distance, vessel lengths
-delivery    towards the goal: fall of distance + a quarter per rad, vessel lengths
-precision   rise of a bell round the goal, 8 cm and 0.2 rad wide
+delivery    towards the goal: fall of the distance, a quarter of a metre counting for a radian
+            of heading at the nominal size, vessel lengths
+precision   rise of a bell round the goal, 8 cm (nominal size) and 0.2 rad wide
 success     1 at the tick at which the task is done
 strayed     -1 at the tick at which a body leaves the arena, plus the time that was left
 time        -1 each tick
@@ -17,79 +18,75 @@ collision   -1 each tick at which the boat touches another hull than the vessel
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
 from asv_env.formation import Relations
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.types import Ending, Float, State
 
+SHARED = ("closure", "delivery", "precision", "success", "strayed", "time")
+OWN = ("effort", "collision")
 HEADING_WEIGHT = 0.25
 BELL_DISTANCE = 0.08
 BELL_ANGLE = 0.2
 LARGEST_STEP = 1.0
-"""Bound on the progress of one tick, vessel lengths."""
+"""Bound on the rise of a potential in one tick."""
 
 
-@dataclass
-class Potentials:
-    """Potentials (W,) whose rise is rewarded; 0 where all is done."""
+def potentials(relations: Relations, state: State, params: EnvParams) -> Float:
+    """Potentials (W, 3) of closure, delivery and precision, whose rise is rewarded.
 
-    closure: Float
-    delivery: Float
-    precision: Float
-
-
-def potentials(relations: Relations, state: State, params: EnvParams) -> Potentials:
-    """Potentials of the true relations, dimensionless."""
+    Dimensionless; 0, 0 and 1 where all is done.
+    """
     length = params.vessel.length
     size = length / NOMINAL_LENGTH
     off = np.add.reduce(relations.slot_error * state.working, axis=1)
     distance, turn = relations.goal_error, np.abs(relations.heading_error)
-    return Potentials(
-        closure=-off / (length * np.add.reduce(state.working, axis=1)),
-        delivery=-(distance + size * HEADING_WEIGHT * turn) / length,
-        precision=np.exp(
-            -np.square(distance / (BELL_DISTANCE * size)) - np.square(turn / BELL_ANGLE)
-        ),
-    )
+    values = np.empty((len(distance), 3))
+    values[:, 0] = off / (-length * np.add.reduce(state.working, axis=1))
+    values[:, 1] = (distance + size * HEADING_WEIGHT * turn) / -length
+    bell = np.square(distance / (BELL_DISTANCE * size)) + np.square(turn / BELL_ANGLE)
+    np.exp(-bell, out=values[:, 2])
+    return values
 
 
 def terms(
-    before: Potentials, after: Potentials, state: State, ending: Ending, params: EnvParams
+    before: Float, after: Float, state: State, ending: Ending, params: EnvParams
 ) -> dict[str, Float]:
     """Weighted terms of one control tick by name, (W, 1) shared or (W, A) of a boat's own.
 
-    The lengths are in nominal vessels' metres in effect: a delivery from one length away is
-    worth the same for every vessel.
+    Args:
+        before: (W, 3) potentials before the tick.
+        after: (W, 3) potentials after it.
+        state: after the tick.
+        ending: after the tick.
+        params: the environment's.
     """
-    weight, task = params.reward, params.task.name
-    shared: dict[str, Any] = {}
-    if task != "push":
-        shared["closure"] = weight.closure * _rise(before.closure, after.closure)
-    if task != "approach":
-        shared["delivery"] = weight.delivery * _rise(before.delivery, after.delivery)
-        shared["precision"] = weight.precision * _rise(before.precision, after.precision)
-    left = np.maximum(params.time_limit_ticks - state.tick, 0)
-    shared["success"] = weight.success * ending.reached
-    shared["strayed"] = -(weight.strayed + weight.time * left) * ending.strayed
-    shared["time"] = np.full(len(left), -weight.time)
-    own: dict[str, Float] = {name: value[:, None] for name, value in shared.items()}
+    weight = params.reward
+    shared = np.empty((len(after), len(SHARED)))
+    rise = np.minimum(np.maximum(after - before, -LARGEST_STEP), LARGEST_STEP)
+    np.multiply(_progress_weights(params), rise, out=shared[:, :3])
+    shared[:, 3] = weight.success * ending.reached
+    time_lost = weight.time * (params.time_limit_ticks - state.tick)
+    shared[:, 4] = ending.strayed * (-weight.strayed - time_lost)
+    shared[:, 5] = -weight.time
     squares = np.add.reduce(np.square(state.thrust), axis=-1)
-    own["effort"] = squares * (-0.5 * weight.effort / params.boat.thrust**2)
-    own["collision"] = -weight.collision * state.touching[..., 1]
-    return own
+    named: dict[str, Float] = {name: shared[:, i : i + 1] for i, name in enumerate(SHARED)}
+    named["effort"] = squares * (-0.5 * weight.effort / params.boat.thrust**2)
+    named["collision"] = -weight.collision * state.touching[..., 1]
+    return named
 
 
-def total(terms: dict[str, Float], team: int) -> Float:
+def _progress_weights(params: EnvParams) -> tuple[float, float, float]:
+    """Weights of the potentials; what is not of the task has none."""
+    weight, task = params.reward, params.task.name
+    to_slots, to_goal = task != "push", task != "approach"
+    return weight.closure * to_slots, weight.delivery * to_goal, weight.precision * to_goal
+
+
+def total(terms: dict[str, Float]) -> Float:
     """Reward (W, A): the sum of the terms."""
-    reward = np.zeros((len(terms["time"]), team))
-    for term in terms.values():
-        reward += term
+    reward = terms["effort"] + terms["collision"]
+    for name in SHARED:
+        reward += terms[name]
     return reward
-
-
-def _rise(before: Float, after: Float) -> Float:
-    return np.minimum(np.maximum(after - before, -LARGEST_STEP), LARGEST_STEP)

@@ -6,7 +6,7 @@ Everything that the faces offer is here; they only translate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy, deepcopy
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -131,6 +131,8 @@ class Simulation:
         self._restart_potentials(index)
         put_rows(self._tally, index, metrics.fresh(rows(self.relations, index), some))
         self._steps_over[index] = 0
+        fails = (self._failure_tick != metrics.NEVER).any()
+        self._roles_may_change = bool(fails or not self.state.anchored.all())
         self._sensors.reset(index, some.motion, self._rngs)
         return self._observe(index)
 
@@ -195,7 +197,7 @@ class Simulation:
         """
         self._check_running()
         command = self._checked(action)
-        before = copy(self.state)
+        before = State(**vars(self.state))
         self._move(command)
         state = self.state
         state.tick = state.tick + 1
@@ -207,7 +209,7 @@ class Simulation:
 
         after = reward.potentials(self.relations, state, self.params)
         terms = reward.terms(self._potentials, after, state, self.ending, self.params)
-        rewards = reward.total(terms, self.params.num_boats)
+        rewards = reward.total(terms)
         self._potentials = after
         metrics.update(self._tally, before, state, self.relations, holds, rewards, self.params)
         self._change_roles()
@@ -262,6 +264,8 @@ class Simulation:
     def _change_roles(self) -> None:
         """Failures and the anchoring of goals, which take effect from the next step on."""
         state = self.state
+        if not self._roles_may_change:
+            return
         fails = self._failure_tick == state.tick[:, None]
         anchors = state.closed & ~state.anchored
         changed = np.flatnonzero(fails.any(axis=1) | anchors)
@@ -281,7 +285,7 @@ class Simulation:
     def _restart_potentials(self, index: np.ndarray) -> None:
         """Potentials of worlds whose slots or goals are new: no reward for the change itself."""
         some = reward.potentials(rows(self.relations, index), rows(self.state, index), self.params)
-        put_rows(self._potentials, index, some)
+        self._potentials[index] = some
 
     # ------------------------------------------------------------------ what is known
 

@@ -51,8 +51,14 @@ def damped(
         dt_per_mass: (..., 3) physics step over effective mass, mass and inertia.
         softened: (..., 3) from ``softening``.
     """
-    coefficient = linear + quadratic * np.abs(velocity)
-    return (wrench - coefficient * velocity) / (softened + coefficient * dt_per_mass)
+    coefficient = np.abs(velocity)
+    coefficient *= quadratic
+    coefficient += linear
+    total = wrench - coefficient * velocity
+    coefficient *= dt_per_mass
+    coefficient += softened
+    total /= coefficient
+    return total
 
 
 def current(params: WaterParams, position: Complex) -> Complex:

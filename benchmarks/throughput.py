@@ -413,7 +413,7 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
         touching = f"{one['touching']:.0%}" if "touching" in one else ""
         lines.append([str(one["worlds"]), one["face"], one["situation"], touching])
         lines[-1] += [_cell(one[key], key) if key in one else "" for key in shown]
-    return _aligned(lines)
+    return _aligned(lines, (1, 2))
 
 
 def _cell(value: dict[str, float], key: str) -> str:
@@ -424,13 +424,13 @@ def _cell(value: dict[str, float], key: str) -> str:
     return text
 
 
-def _aligned(lines: list[list[str]]) -> str:
-    """Columns side by side: names to the left, numbers to the right."""
+def _aligned(lines: list[list[str]], names: Sequence[int]) -> str:
+    """Columns side by side: those of names to the left, numbers to the right."""
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
     texts = []
     for line in lines:
         cells = zip(line, widths, range(len(line)), strict=True)
-        padded = [c.ljust(w) if i in (1, 2) else c.rjust(w) for c, w, i in cells]
+        padded = [c.ljust(w) if i in names else c.rjust(w) for c, w, i in cells]
         texts.append("  ".join(padded).rstrip())
     texts.insert(1, "  ".join("-" * width for width in widths))
     return "\n".join(texts)
@@ -476,12 +476,12 @@ def resident_mib() -> float:
 
 def memory_table(rows: Sequence[dict[str, Any]]) -> str:
     """The rows as text."""
-    head = ["worlds", "situation", "", "world-steps", "start", "1/4", "1/2", "3/4", "end", "growth"]
+    head = ["worlds", "situation", "world-steps", "start", "1/4", "1/2", "3/4", "end", "growth"]
     lines = [head]
     for one in rows:
         sizes = [f"{size:.1f}" for size in (*one["resident_mib"], one["growth_mib"])]
-        lines.append([str(one["worlds"]), one["situation"], "", f"{one['world_steps']:,}", *sizes])
-    return _aligned(lines)
+        lines.append([str(one["worlds"]), one["situation"], f"{one['world_steps']:,}", *sizes])
+    return _aligned(lines, (1,))
 
 
 # ---------------------------------------------------------------------- command line

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from asv_env import formation, make_params, observation, reward, scenarios
 from asv_env.formation import relate
 from asv_env.geometry import wrap
-from asv_env.reward import Potentials
 from asv_env.simulation import Simulation
 from asv_env.termination import delivered
 from asv_env.types import Ending
@@ -477,9 +476,9 @@ def test_progress_terms_sum_to_the_difference_of_their_potentials():
     params = make_params(scenario="gyre")
     sim, before, steps = random_walk(params, 150)
     after = reward.potentials(sim.relations, sim.state, params)
-    for name in ("closure", "delivery", "precision"):
+    for column, name in enumerate(("closure", "delivery", "precision")):
         gained = sum(done.terms[name][:, 0] for done in steps)
-        risen = getattr(after, name) - getattr(before, name)
+        risen = after[:, column] - before[:, column]
         np.testing.assert_allclose(gained, getattr(params.reward, name) * risen, atol=1e-9)
         assert np.abs(gained).max() > 0
 
@@ -489,7 +488,7 @@ def judged(params, before, after, reached=False, strayed=False, tick=1):
     sim = begun(params)
     sim.state.tick = np.array([tick])
     ending = Ending(np.array([reached]), np.array([strayed]), np.array([False]))
-    before, after = (Potentials(*np.reshape(values, (3, 1))) for values in (before, after))
+    before, after = np.reshape(before, (1, 3)), np.reshape(after, (1, 3))
     return reward.terms(before, after, sim.state, ending, params)
 
 
@@ -518,8 +517,8 @@ def test_every_term_is_bounded(before, after, strayed, tick):
 @given(tick=st.integers(1, 1799), at=potentials)
 def test_straying_is_worse_than_running_out_of_time(tick, at):
     params = make_params()
-    strays = reward.total(judged(params, at, at, strayed=True, tick=tick), 4)
-    idles = reward.total(judged(params, at, at, tick=tick), 4) * (1801 - tick)
+    strays = reward.total(judged(params, at, at, strayed=True, tick=tick))
+    idles = reward.total(judged(params, at, at, tick=tick)) * (1801 - tick)
     assert np.all(strays < idles - 1)
 
 
