@@ -248,7 +248,7 @@ class Scene:
         ages = np.append(state.tick - trail.ticks, 0)
         fresh = np.maximum(FAINTEST, 1.0 - ages / (FADING * self._params.time_limit_ticks))
         band = np.minimum((fresh * TRAIL_BANDS).astype(int), TRAIL_BANDS - 1)
-        edges = [0, *(np.flatnonzero(np.diff(band)) + 1), len(points) - 1]
+        edges = np.unique([0, *(np.flatnonzero(np.diff(band)) + 1), len(points) - 1])
         pixels = self._camera.pixels(points.T)
         for start, end in pairwise(edges):
             share = 0.8 * (band[start] + 1) / TRAIL_BANDS

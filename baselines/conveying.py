@@ -22,6 +22,8 @@ from baselines.arcs import ArcPath
 SEGMENTS = 3
 DETOUR = 1.5
 """Two arcs longer than this many Dubins paths are not taken."""
+LEAST_TURN = 1e-6
+"""Smallest change of heading for which the angle of the first arc is free, rad."""
 DAMPING = 0.8
 LARGEST_PUSHER_LEAD = 0.3
 LARGEST_CAGER_LEAD = 1.0
@@ -120,10 +122,11 @@ class Conveying:
         """Path to a goal pose (3,) in the vessel's frame: two arcs if that is wise, or Dubins."""
         radius = self._gains.min_radius * self._vessel.length / 2
         shortest = dubins.shortest(goal, radius)
-        if self._gains.alpha1 is None:
+        alpha1 = self._gains.alpha1
+        if alpha1 is None or abs(goal[2]) < LEAST_TURN:  # which leaves no choice of alpha1
             arcs = two_arc.shortest(goal, radius)
         else:
-            arcs = two_arc.plan(goal, self._gains.alpha1)
+            arcs = two_arc.plan(goal, alpha1)
         detour = arcs.total_length > DETOUR * shortest.total_length
         return arcs if two_arc.feasible(arcs, radius) and not detour else shortest
 

@@ -17,9 +17,10 @@ import numpy as np
 from scipy.stats import binomtest
 from tqdm import tqdm
 
+from asv_env import video
 from asv_env.params import TASKS, EnvParams, choice
 from asv_env.presets import PRESETS, SCENARIOS, make_params
-from baselines import episodes, trajectories
+from baselines import episodes, film, trajectories
 from baselines.episodes import Episode, Track
 from baselines.policy import Idle, Policy, Random
 from baselines.scripted import ScriptedPolicy
@@ -66,7 +67,10 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--preset", default="nominal", help=", ".join(PRESETS))
     parser.add_argument("--num-envs", type=int, default=50, help="worlds side by side")
     parser.add_argument("--out", type=Path, help="folder for the results (default: runs/...)")
-    parser.add_argument("--overwrite", action="store_true", help="replace results in that folder")
+    parser.add_argument(
+        "--video", type=Path, help="film the first policy's first episode: a .gif or .mp4 file"
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace results that are there")
     options = parser.parse_args(arguments)
     try:
         _check(options)
@@ -103,6 +107,10 @@ def _check(options: argparse.Namespace) -> None:
             f"{options.out} holds {', '.join(present)} already: "
             "choose another folder with --out, or replace them with --overwrite"
         )
+    if options.video is not None:
+        choice("kind of video", options.video.suffix, video.SUFFIXES)
+        if options.video.exists() and not options.overwrite:
+            raise FileExistsError(f"{options.video} exists: name another file, or use --overwrite")
     if options.out.exists() and not options.out.is_dir():
         raise FileExistsError(f"{options.out} is a file: choose another folder with --out")
 
@@ -207,6 +215,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print(table(summaries))
     print("Errors and times are medians; errors of all episodes, times of those that got there.")
     print("Results: " + ", ".join(str(options.out / name) for name in FILES))
+    if options.video is not None:
+        film.save(options.video, POLICIES[options.policies[0]], options.params, options.seed)
+        print(f"Video: {options.video}")
 
 
 if __name__ == "__main__":

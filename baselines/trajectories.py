@@ -73,7 +73,7 @@ def _draw_policy(axes: Axes, tracks: Sequence[Track], params: EnvParams) -> None
                 outline, closed=True, fill=False, ec=GOAL, ls="--", lw=1.6, zorder=6, label="goal"
             )
         )
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal", adjustable="box")
     axes.grid(alpha=0.25)
 
 

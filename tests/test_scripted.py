@@ -1,0 +1,73 @@
+"""The scripted policy on the real physics."""
+
+import numpy as np
+import pytest
+
+from asv_env import Simulation, make_params
+from baselines import episodes
+from baselines.scripted import ScriptedPolicy
+
+GOAL = (0.55, -0.95, 0.1)
+
+
+def rows(params, seeds, num_envs=50):
+    tracks = episodes.run(ScriptedPolicy, "scripted", "nominal", params, seeds, num_envs)
+    return [track.episode for track in tracks]
+
+
+@pytest.fixture(scope="module")
+def deliveries():
+    """A hundred episodes on the paper's goal from anywhere round the vessel."""
+    return rows(make_params("transport", goal=GOAL), range(100))
+
+
+def test_delivers_to_the_papers_goal(deliveries):
+    assert sum(row.success for row in deliveries) >= 95
+
+
+def test_deliveries_are_more_precise_than_the_papers(deliveries):
+    errors = [row.min_position_error for row in deliveries if row.success]
+    headings = [abs(row.heading_error_at_min) for row in deliveries if row.success]
+    assert np.mean(errors) < 0.0488
+    assert np.mean(headings) < 0.26
+
+
+def test_boats_arrive_together_and_keep_their_grasp(deliveries):
+    delivered = [row for row in deliveries if row.success]
+    assert np.median([row.closure_spread for row in delivered]) < 15
+    assert np.median([row.closure_lost for row in delivered]) == 0
+    assert np.median([row.path_length_ratio for row in delivered]) < 1.15
+
+
+def test_the_mirror_image_of_a_push_is_the_push_from_the_other_side():
+    plus = make_params("push", goal=GOAL)
+    minus = make_params("push", goal=(0.55, 0.95, -0.1), side="-n")
+    (one,) = rows(plus, [0])
+    (other,) = rows(minus, [0])
+    assert one.success
+    assert other.success
+    assert other.heading_error == pytest.approx(-one.heading_error, abs=0.05)
+    assert other.time_to_goal == pytest.approx(one.time_to_goal, abs=2.0)
+
+
+def test_thruster_actions_are_refused():
+    with pytest.raises(ValueError, match="tracking"):
+        ScriptedPolicy(make_params(action_mode="thrusters"))
+
+
+def test_the_policy_leaves_what_it_is_given_alone():
+    simulation = Simulation(make_params(), 3)
+    observation = simulation.reset(seeds=range(3))
+    policy, fresh = ScriptedPolicy(simulation.params), np.ones(3, dtype=bool)
+    motion = simulation.sensed.estimate.copy()
+    _, memory = policy.act(simulation.sensed, observation, None, fresh)
+    due = memory.grasp.due.copy()
+    policy.act(simulation.sensed, observation, memory, fresh)
+    np.testing.assert_array_equal(simulation.sensed.estimate, motion)
+    np.testing.assert_array_equal(memory.grasp.due, due)
+
+
+@pytest.mark.parametrize("num_boats", [2, 3, 10])
+def test_teams_of_other_sizes_grasp_the_vessel(num_boats):
+    done = rows(make_params("approach", num_boats), range(10), 10)
+    assert sum(row.success for row in done) >= 8
