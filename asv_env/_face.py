@@ -12,7 +12,8 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from asv_env import observation
-from asv_env.params import EnvParams, choice
+from asv_env.checks import choice
+from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.simulation import WORLDS_PER_SPACE, Simulation
 from asv_env.types import Bool, Float

@@ -84,12 +84,15 @@ def update(
         params: the environment's.
     """
     tick = state.tick
-    np.copyto(tally.closure_tick, tick, where=(tally.closure_tick < 0) & state.closed)
-    np.copyto(tally.arrival_tick, tick[:, None], where=(tally.arrival_tick < 0) & holds)
+    tally.closure_tick = np.where((tally.closure_tick < 0) & state.closed, tick, tally.closure_tick)
+    first = (tally.arrival_tick < 0) & holds
+    tally.arrival_tick = np.where(first, tick[:, None], tally.arrival_tick)
     tally.closure_lost += previous.closed & ~state.closed
     nearer = relations.goal_error < tally.min_position_error
-    np.copyto(tally.min_position_error, relations.goal_error, where=nearer)
-    np.copyto(tally.heading_error_at_min, relations.heading_error, where=nearer)
+    tally.min_position_error = np.minimum(relations.goal_error, tally.min_position_error)
+    tally.heading_error_at_min = np.where(
+        nearer, relations.heading_error, tally.heading_error_at_min
+    )
     tally.path_length += np.abs(plane(state.motion[:, 0]) - plane(previous.motion[:, 0]))
     full = params.boat.thrust * params.clock.control * state.thrust[0].size
     tally.effort += np.add.reduce(np.abs(state.thrust), axis=(1, 2)) / full

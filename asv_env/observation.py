@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from asv_env.formation import Relations, holding
+from asv_env.formation import Relations
 from asv_env.params import EnvParams
 from asv_env.tracking import FULL_SPEED, FULL_YAW_RATE
 from asv_env.types import Bool, Complex, Float, Observation, Sensed
@@ -96,18 +96,19 @@ BOUND = np.array(
 """(K,) every observation lies within +-BOUND: vectors, scalars, then the nearest boats."""
 
 
-def observe(sensed: Sensed, relations: Relations, params: EnvParams) -> Observation:
+def observe(sensed: Sensed, relations: Relations, holds: Bool, params: EnvParams) -> Observation:
     """Observations (W, A, K) of all boats, float32, within +-``BOUND``.
 
     Args:
         sensed: what the boats measure.
         relations: of ``sensed.estimate``.
+        holds: (W, A) whether each boat holds its slot, by these relations.
         params: the environment's.
     """
     heading, length = relations.heading, params.vessel.length
     eyes = heading[:, 1:].conj()
     slot = relations.slot_gap * (heading[:, :1] * eyes)
-    ready = _share(holding(relations, params.task), sensed.working)
+    ready = _share(holds, sensed.working)
     view = View(sensed, relations, eyes, heading[:, :1].conj(), slot, ready)
 
     boats = sensed.slot.shape

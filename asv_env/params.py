@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import operator
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from numbers import Integral, Real
 from typing import Any, Self
 
 from asv_env import geometry
+from asv_env.checks import (
+    check_interval,
+    check_number,
+    check_numbers,
+    check_pair,
+    check_whole,
+    choice,
+)
 
 TASKS = ("approach", "push", "transport")
 ACTION_MODES = ("tracking", "thrusters")
@@ -18,60 +23,6 @@ CURRENTS = ("still", "uniform", "gyre", "double_gyre")
 SIDES = ("+n", "-n", "goal")
 GOAL_ANCHORS = ("world", "closure")
 NOMINAL_LENGTH = 0.40
-
-
-def choice(kind: str, value: object, known: Iterable[str]) -> str:
-    """``value`` if it is one of the known names.
-
-    Raises:
-        ValueError: with the nearest known name.
-    """
-    names = list(known)
-    if value in names:
-        return str(value)
-    near = difflib.get_close_matches(str(value), names, n=1, cutoff=0.4)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
-    raise ValueError(f"unknown {kind} {value!r}.{hint} Known: {', '.join(map(repr, names))}.")
-
-
-def _finite(value: Any) -> bool:
-    """Whether a value is a real, finite number."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
-
-
-def _number(owner: object, name: str, low: float, high: float = math.inf) -> None:
-    value = getattr(owner, name)
-    if not (_finite(value) and low <= value <= high):
-        raise ValueError(
-            f"{type(owner).__name__}.{name} = {value!r}: must be a finite number in "
-            f"[{low:g}, {high:g}]"
-        )
-
-
-def _numbers(owner: object, names: str, low: float, high: float = math.inf) -> None:
-    for name in names.split():
-        _number(owner, name, low, high)
-
-
-def _pair(owner: object, name: str, low: float, what: str, ordered: bool = False) -> None:
-    value = getattr(owner, name)
-    fine = isinstance(value, Sequence) and len(value) == 2 and all(map(_finite, value))
-    if not fine or min(value) < low or (ordered and value[0] > value[1]):
-        raise ValueError(
-            f"{type(owner).__name__}.{name} = {value!r}: must be {what}, two finite numbers of "
-            f"at least {low:g}"
-        )
-
-
-def _interval(owner: object, name: str, low: float) -> None:
-    _pair(owner, name, low, "(smallest, largest)", ordered=True)
-
-
 TINY = 1e-9
 
 
@@ -105,12 +56,12 @@ class HullParams:
     yaw: tuple[float, float]
 
     def __post_init__(self) -> None:
-        _numbers(self, "length width mass", TINY)
-        _numbers(self, "added_mass added_inertia", 0.0)
+        check_numbers(self, "length width mass", TINY)
+        check_numbers(self, "added_mass added_inertia", 0.0)
         if self.inertia is not None:
-            _number(self, "inertia", TINY)
+            check_number(self, "inertia", TINY)
         for name in ("surge", "sway", "yaw"):
-            _pair(self, name, 0.0, "(linear, quadratic) drag")
+            check_pair(self, name, 0.0, "(linear, quadratic) drag")
 
     @property
     def outline(self) -> list[tuple[float, float]]:
@@ -178,9 +129,9 @@ class BoatParams(HullParams):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _number(self, "bow", TINY, min(self.width, self.length))
-        _numbers(self, "thrust lever_arm lag", TINY)
-        _number(self, "astern", 0.0, 1.0)
+        check_number(self, "bow", TINY, min(self.width, self.length))
+        check_numbers(self, "thrust lever_arm lag", TINY)
+        check_number(self, "astern", 0.0, 1.0)
 
     @property
     def outline(self) -> list[tuple[float, float]]:
@@ -222,7 +173,7 @@ class VesselParams(HullParams):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _number(self, "fins", 0.0)
+        check_number(self, "fins", 0.0)
 
     def stretched(self, length: float) -> VesselParams:
         """The vessel at another length, of the same width and draft, with the same fins.
@@ -273,11 +224,11 @@ class WaterParams:
     def __post_init__(self) -> None:
         choice("drag", self.drag, ("quadratic", "linear"))
         choice("current", self.current, CURRENTS)
-        _numbers(self, "linear_speed linear_yaw_rate current_speed contact_friction", 0.0)
-        _number(self, "current_heading", -math.inf)
-        _number(self, "gyre_size", TINY)
+        check_numbers(self, "linear_speed linear_yaw_rate current_speed contact_friction", 0.0)
+        check_number(self, "current_heading", -math.inf)
+        check_number(self, "gyre_size", TINY)
         if self.walls is not None:
-            _number(self, "walls", TINY)
+            check_number(self, "walls", TINY)
 
 
 @dataclass(frozen=True)
@@ -301,8 +252,8 @@ class SensorParams:
     yaw_acceleration: float = 0.5
 
     def __post_init__(self) -> None:
-        _numbers(self, "position_noise heading_noise speed_noise yaw_rate_noise", 0.0)
-        _numbers(self, "acceleration yaw_acceleration", TINY)
+        check_numbers(self, "position_noise heading_noise speed_noise yaw_rate_noise", 0.0)
+        check_numbers(self, "acceleration yaw_acceleration", TINY)
 
     @property
     def exact(self) -> bool:
@@ -321,11 +272,7 @@ class ClockParams:
 
     def __post_init__(self) -> None:
         for name in ("physics", "sensing", "control"):
-            rate = getattr(self, name)
-            if isinstance(rate, bool) or not isinstance(rate, Integral) or rate < 1:
-                raise ValueError(
-                    f"ClockParams.{name} = {rate!r}: must be a whole number of Hz, at least 1"
-                )
+            check_whole(self, name, 1)
         for fast, slow in (("physics", "sensing"), ("sensing", "control")):
             if getattr(self, fast) % getattr(self, slow):
                 raise ValueError(
@@ -391,19 +338,19 @@ class TaskParams:
         choice("task", self.name, TASKS)
         choice("goal_anchor", self.goal_anchor, GOAL_ANCHORS)
         choice("side", self.side, SIDES)
-        _interval(self, "goal_distance", 0.0)
-        _interval(self, "start_distance", TINY)
-        _numbers(self, "nearing_tolerance hold_time end_gap", 0.0)
-        _number(self, "start_spacing", 1.0)
-        _numbers(
+        check_interval(self, "goal_distance", 0.0)
+        check_interval(self, "start_distance", TINY)
+        check_numbers(self, "nearing_tolerance hold_time end_gap", 0.0)
+        check_number(self, "start_spacing", 1.0)
+        check_numbers(
             self,
             "arena position_tolerance speed_tolerance yaw_rate_tolerance slot_distance slot_speed",
             TINY,
         )
-        _numbers(self, "heading_tolerance slot_angle", TINY, math.pi)
+        check_numbers(self, "heading_tolerance slot_angle", TINY, math.pi)
         if self.time_limit is None:
             object.__setattr__(self, "time_limit", 180.0 if self.name == "transport" else 120.0)
-        _number(self, "time_limit", TINY)
+        check_number(self, "time_limit", TINY)
         if self.goal is not None:
             object.__setattr__(self, "goal", self.checked_goal(self.goal))
 
@@ -466,16 +413,12 @@ class VariationParams:
     failure_time: tuple[float, float] = (5.0, 60.0)
 
     def __post_init__(self) -> None:
-        _numbers(self, "thrust drag mass", 0.0, 0.95)
+        check_numbers(self, "thrust drag mass", 0.0, 0.95)
         for name in ("lag", "friction"):
             if getattr(self, name) is not None:
-                _interval(self, name, TINY)
-        _interval(self, "failure_time", 0.0)
-        if isinstance(self.failures, bool) or not isinstance(self.failures, Integral):
-            raise ValueError(
-                f"VariationParams.failures = {self.failures!r}: must be a whole number"
-            )
-        _number(self, "failures", 0)
+                check_interval(self, name, TINY)
+        check_interval(self, "failure_time", 0.0)
+        check_whole(self, "failures", 0)
 
 
 @dataclass(frozen=True)
@@ -493,7 +436,7 @@ class RewardParams:
 
     def __post_init__(self) -> None:
         for f in fields(self):
-            _number(self, f.name, 0.0)
+            check_number(self, f.name, 0.0)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
+from asv_env.checks import choice
 from asv_env.params import (
     NOMINAL_LENGTH,
     TASKS,
@@ -25,7 +26,6 @@ from asv_env.params import (
     VesselParams,
     WaterParams,
     check_num_boats,
-    choice,
 )
 
 Overrides = dict[str, dict[str, Any]]

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asv_env.camera import Camera, Trail, first_box, next_box
+from asv_env.checks import choice
 from asv_env.geometry import plane
-from asv_env.params import EnvParams, choice
+from asv_env.params import EnvParams
 from asv_env.scene import DESIGN, WATER_BOTTOM, WATER_TOP, Colour, Scene, has_goal, mix
 from asv_env.types import Float, State, rows
 

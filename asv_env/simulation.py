@@ -6,7 +6,6 @@ Everything that the faces offer is here; they only translate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from asv_env.types import (
     Sensed,
     State,
     TimeStep,
+    copied,
     put_rows,
     rows,
 )
@@ -94,6 +94,7 @@ class Simulation:
         )
         self._relative_goal = np.zeros((worlds, 3))
         self.relations = _relations(self.state)
+        self._holds = formation.holding(self.relations, self.params.task)
         self._potentials = reward.potentials(self.relations, self.state, self.params)
         self._tally = metrics.fresh(self.relations, self.state)
 
@@ -123,12 +124,11 @@ class Simulation:
         self._seed(index, [None] * len(index) if seeds is None else seeds)
         if goal is not None:
             goal = np.array(self.params.task.checked_goal(goal))
-        self.state = deepcopy(self.state)  # What was handed out stays as it was.
+        self.state = copied(self.state)  # What was handed out stays as it was.
         for world in index:
             self._begin(int(world), goal)
+        self._restart(index)
         some = rows(self.state, index)
-        put_rows(self.relations, index, _relations(some))
-        self._restart_potentials(index)
         put_rows(self._tally, index, metrics.fresh(rows(self.relations, index), some))
         self._steps_over[index] = 0
         fails = (self._failure_tick != metrics.NEVER).any()
@@ -202,7 +202,7 @@ class Simulation:
         state = self.state
         state.tick = state.tick + 1
         self.relations = _relations(state)
-        holds = self._judge_closure()
+        self._judge_closure()
         water = self._dynamics.current(self.relations.position[:, 0])
         self.ending = termination.ending(self.relations, state, water, self.params)
         self._steps_over += self.ending.terminated | self.ending.timed_out | (self._steps_over > 0)
@@ -211,7 +211,9 @@ class Simulation:
         terms = reward.terms(self._potentials, after, state, self.ending, self.params)
         rewards = reward.total(terms)
         self._potentials = after
-        metrics.update(self._tally, before, state, self.relations, holds, rewards, self.params)
+        metrics.update(
+            self._tally, before, state, self.relations, self._holds, rewards, self.params
+        )
         self._change_roles()
         return TimeStep(self._observe(), rewards, self.ending, terms)
 
@@ -250,16 +252,15 @@ class Simulation:
         state.thrust = self._dynamics.motors.thrust.copy()
         state.touching = self._dynamics.touching()
 
-    def _judge_closure(self) -> Bool:
-        """Brings ``closed`` and ``held`` up to date; (W, A) whether each boat holds its slot."""
+    def _judge_closure(self) -> None:
+        """Brings up to date which boats hold their slots, ``closed`` and ``held``."""
         state, task = self.state, self.params.task
-        holds = formation.holding(self.relations, task)
+        self._holds = formation.holding(self.relations, task)
         idle = ~state.working
-        all_hold = np.logical_and.reduce(holds | idle, axis=1)
+        all_hold = np.logical_and.reduce(self._holds | idle, axis=1)
         near = self.relations.slot_error <= LOSING * task.slot_distance
         state.closed = all_hold | (state.closed & np.logical_and.reduce(near | idle, axis=1))
         state.held = (state.held + 1) * all_hold
-        return holds
 
     def _change_roles(self) -> None:
         """Failures and the anchoring of goals, which take effect from the next step on."""
@@ -271,21 +272,27 @@ class Simulation:
         changed = np.flatnonzero(fails.any(axis=1) | anchors)
         if not len(changed):
             return
-        state.working = state.working & ~fails
+        self.state = state = copied(state)
+        state.working &= ~fails
         for world in map(int, changed):
             if fails[world].any():
                 self._assign(world)
             if anchors[world]:
                 state.goal[world] = _anchored(self._relative_goal[world], state.motion[world, 0])
-        state.anchored = state.anchored | anchors
-        put_rows(self.relations, changed, _relations(rows(state, changed)))
-        self._restart_potentials(changed)
+        state.anchored |= anchors
+        self._restart(changed)
         metrics.restart_errors(self._tally, self.relations, np.flatnonzero(anchors))
 
-    def _restart_potentials(self, index: np.ndarray) -> None:
-        """Potentials of worlds whose slots or goals are new: no reward for the change itself."""
-        some = reward.potentials(rows(self.relations, index), rows(self.state, index), self.params)
-        self._potentials[index] = some
+    def _restart(self, index: np.ndarray) -> None:
+        """What depends on slots and goals, in worlds where they are new.
+
+        The potentials start afresh, so that there is no reward for the change itself.
+        """
+        state = rows(self.state, index)
+        relations = _relations(state)
+        put_rows(self.relations, index, relations)
+        self._holds[index] = formation.holding(relations, self.params.task)
+        self._potentials[index] = reward.potentials(relations, state, self.params)
 
     # ------------------------------------------------------------------ what is known
 
@@ -307,12 +314,13 @@ class Simulation:
         )
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
-        sensed, relations = self.sensed, self.relations
+        sensed, relations, holds = self.sensed, self.relations, self._holds
         if index is not None:
-            sensed, relations = rows(sensed, index), rows(relations, index)
+            sensed, relations, holds = rows(sensed, index), rows(relations, index), holds[index]
         if not self.params.sensors.exact:
             relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
-        return observation.observe(sensed, relations, self.params)
+            holds = formation.holding(relations, self.params.task)
+        return observation.observe(sensed, relations, holds, self.params)
 
     def summary(self) -> dict[str, Any]:
         """Metrics of the episodes so far, each (W,); see ``metrics.summary``."""

@@ -28,6 +28,11 @@ def rows(record: Record, index: Any) -> Record:
     return type(record)(**taken)
 
 
+def copied(record: Record) -> Record:
+    """The same record with arrays of its own."""
+    return type(record)(**{name: array.copy() for name, array in vars(record).items()})
+
+
 def put_rows(record: Record, index: Any, new: Record) -> None:
     """Overwrites some worlds of a record, in place."""
     for f in fields(record):  # type: ignore[arg-type]

@@ -19,7 +19,7 @@ from asv_env._face import (
     masked,
     team_mean,
 )
-from asv_env.params import choice
+from asv_env.checks import choice
 from asv_env.simulation import WORLDS_PER_SPACE
 from asv_env.types import Action, Bool, Float, Observation, TimeStep
 

@@ -18,7 +18,8 @@ from scipy.stats import binomtest
 from tqdm import tqdm
 
 from asv_env import video
-from asv_env.params import TASKS, EnvParams, choice
+from asv_env.checks import choice
+from asv_env.params import TASKS, EnvParams
 from asv_env.presets import PRESETS, SCENARIOS, make_params
 from baselines import episodes, film, trajectories
 from baselines.episodes import Episode, Track

@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 
-GROUND = {"types", "geometry", "params", "presets"}
+GROUND = {"types", "checks", "geometry", "params", "presets"}
 MIDDLE = {
     "basin", "water", "thrusters", "tracking", "dynamics", "sensors", "formation", "scenarios",
     "observation", "reward", "termination", "metrics",

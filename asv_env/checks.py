@@ -1,0 +1,74 @@
+"""Checks of parameters: errors that name the value and what it may be."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Sequence
+from numbers import Integral, Real
+from typing import Any
+
+
+def choice(kind: str, value: object, known: Iterable[str]) -> str:
+    """``value`` if it is one of the known names.
+
+    Raises:
+        ValueError: with the nearest known name.
+    """
+    names = list(known)
+    if value in names:
+        return str(value)
+    near = difflib.get_close_matches(str(value), names, n=1, cutoff=0.4)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    raise ValueError(f"unknown {kind} {value!r}.{hint} Known: {', '.join(map(repr, names))}.")
+
+
+def is_finite(value: Any) -> bool:
+    """Whether a value is a real, finite number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def check_number(owner: object, name: str, low: float, high: float = math.inf) -> None:
+    """Refuses a field that is not a finite number from ``low`` to ``high``."""
+    value = getattr(owner, name)
+    if not (is_finite(value) and low <= value <= high):
+        raise ValueError(
+            f"{type(owner).__name__}.{name} = {value!r}: must be a finite number in "
+            f"[{low:g}, {high:g}]"
+        )
+
+
+def check_numbers(owner: object, names: str, low: float, high: float = math.inf) -> None:
+    """``check_number`` of several fields, their names parted by spaces."""
+    for name in names.split():
+        check_number(owner, name, low, high)
+
+
+def check_pair(owner: object, name: str, low: float, what: str, ordered: bool = False) -> None:
+    """Refuses a field that is not two finite numbers of at least ``low``."""
+    value = getattr(owner, name)
+    fine = isinstance(value, Sequence) and len(value) == 2 and all(map(is_finite, value))
+    if not fine or min(value) < low or (ordered and value[0] > value[1]):
+        raise ValueError(
+            f"{type(owner).__name__}.{name} = {value!r}: must be {what}, two finite numbers of "
+            f"at least {low:g}"
+        )
+
+
+def check_interval(owner: object, name: str, low: float) -> None:
+    """Refuses a field that is not (smallest, largest), both at least ``low``."""
+    check_pair(owner, name, low, "(smallest, largest)", ordered=True)
+
+
+def check_whole(owner: object, name: str, low: int) -> None:
+    """Refuses a field that is not a whole number of at least ``low``."""
+    value = getattr(owner, name)
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < low:
+        raise ValueError(
+            f"{type(owner).__name__}.{name} = {value!r}: must be a whole number of at least {low}"
+        )
