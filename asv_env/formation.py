@@ -6,6 +6,7 @@ length, w along n, the side from which it is pushed in the nominal case.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -129,8 +130,8 @@ def relate(motion: Float, goal: Float, slot: Complex, side: Float) -> Relations:
         boat=boat,
         slot_gap=slot_gap,
         slot_error=np.abs(slot_gap),
-        alignment=heading[:, 1:] * to_vessel * slot_direction(side)[:, None].conj(),
-        slip=velocity[:, 1:] - velocity[:, :1] - 1j * yaw_rate[:, :1] * offset,
+        alignment=heading[:, 1:] * (to_vessel / slot_direction(side)[:, None]),
+        slip=velocity[:, 1:] - velocity[:, :1] - (1j * yaw_rate[:, :1]) * offset,
         goal=goal_offset,
         goal_turn=goal_turn,
         goal_error=np.abs(goal_offset),
@@ -138,14 +139,13 @@ def relate(motion: Float, goal: Float, slot: Complex, side: Float) -> Relations:
     )
 
 
-def holding(relations: Relations, task: TaskParams, slack: float = 1.0) -> Bool:
+def holding(relations: Relations, task: TaskParams) -> Bool:
     """(W, A) whether each boat holds its slot: near it, facing across it, at rest in it.
 
     Args:
-        relations: of the true motion.
+        relations: of the motion.
         task: with the tolerances ``slot_distance``, ``slot_angle`` and ``slot_speed``.
-        slack: factor on the tolerances.
     """
-    near = relations.slot_error < slack * task.slot_distance
-    faces = relations.alignment.real > np.cos(slack * task.slot_angle)
-    return near & faces & (np.abs(relations.slip) < slack * task.slot_speed)
+    near = relations.slot_error < task.slot_distance
+    faces = relations.alignment.real > math.cos(task.slot_angle)
+    return near & faces & (np.abs(relations.slip) < task.slot_speed)

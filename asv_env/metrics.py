@@ -83,11 +83,8 @@ def update(
         reward: (W, A) of the tick.
         params: the environment's.
     """
-    tick = state.tick
-    tally.closure_tick = np.where((tally.closure_tick < 0) & state.closed, tick, tally.closure_tick)
-    first = (tally.arrival_tick < 0) & holds
-    tally.arrival_tick = np.where(first, tick[:, None], tally.arrival_tick)
-    tally.closure_lost += previous.closed & ~state.closed
+    if holds.any() or previous.closed.any():
+        _update_closure(tally, previous, state, holds)
     nearer = relations.goal_error < tally.min_position_error
     tally.min_position_error = np.minimum(relations.goal_error, tally.min_position_error)
     tally.heading_error_at_min = np.where(
@@ -96,9 +93,17 @@ def update(
     tally.path_length += np.abs(plane(state.motion[:, 0]) - plane(previous.motion[:, 0]))
     full = params.boat.thrust * params.clock.control * state.thrust[0].size
     tally.effort += np.add.reduce(np.abs(state.thrust), axis=(1, 2)) / full
-    bumps = state.touching[..., 1] & ~previous.touching[..., 1]
+    bumps = state.touching[..., 1] > previous.touching[..., 1]
     tally.collisions += np.add.reduce(bumps, axis=1)
     tally.episode_return += np.add.reduce(reward, axis=1) / reward.shape[1]
+
+
+def _update_closure(tally: Metrics, previous: State, state: State, holds: Bool) -> None:
+    tick, closed = state.tick, state.closed
+    tally.closure_tick = np.where((tally.closure_tick < 0) & closed, tick, tally.closure_tick)
+    first = (tally.arrival_tick < 0) & holds
+    tally.arrival_tick = np.where(first, tick[:, None], tally.arrival_tick)
+    tally.closure_lost += previous.closed > closed
 
 
 def summary(

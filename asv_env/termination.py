@@ -34,11 +34,14 @@ def delivered(relations: Relations, water: Complex, task: TaskParams) -> Bool:
     turning, and its distance to the goal falls by less than ``nearing_tolerance``: the paper's
     instant of minimal distance.
     """
+    near = relations.goal_error <= task.position_tolerance
+    if not near.any():
+        return near
     velocity = relations.velocity[:, 0]
     to_goal = relations.goal * relations.heading[:, 0]
     nearing = (velocity * to_goal.conj()).real
     return (
-        (relations.goal_error <= task.position_tolerance)
+        near
         & (np.abs(relations.heading_error) <= task.heading_tolerance)
         & (np.abs(velocity - water) < task.speed_tolerance)
         & (np.abs(relations.yaw_rate[:, 0]) < task.yaw_rate_tolerance)
