@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from asv_env import tracking, water
+from asv_env import water
 from asv_env.basin import Basin
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.thrusters import Motors, from_command, from_demand, limited
+from asv_env.tracking import Loops
 from asv_env.types import Bool, Complex, Float, Start
 
 
@@ -27,7 +28,7 @@ class Dynamics:
         self._mass = np.array([hull.total_mass for hull in hulls])
         self._inertia = np.array([hull.total_inertia for hull in hulls])
         self._drag = water.coefficients(hulls)
-        self._gains = tracking.gains(self._boat)
+        self._loops = Loops(self._boat)
         self.motors = Motors(self._boat, num_worlds, params.num_boats)
 
         shape = (num_worlds, len(hulls))
@@ -78,14 +79,13 @@ class Dynamics:
         self.motors.enable(working)
         tracks = self._params.action_mode == "tracking"
         if tracks:
-            target = action * tracking.SCALE
-            base = tracking.feedforward(target, self._boat) + self._gains * target
+            at_rest, gains = self._loops.demand_at_rest(action), self._loops.gains
         else:
             wanted = from_command(action, self._boat)
         for _ in range(steps):
             self._take_bearings()
             if tracks:
-                demand = base - self._gains * self._tracked
+                demand = at_rest - gains * self._tracked
                 wanted = limited(from_demand(demand), self._boat)
             self.motors.drive(wanted, self._surge, self._yaw)
             self._exert()

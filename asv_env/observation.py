@@ -123,7 +123,9 @@ def observe(sensed: Sensed, relations: Relations, holds: Bool, params: EnvParams
         first, last = last, last + numbers.shape[-1]
         observation[..., first:last] = numbers
     _put_neighbours(view, length, observation[..., last:])
-    return observation.clip(-BOUND, BOUND, out=observation)
+    # Two passes of these take less time than one of clip.
+    np.maximum(observation, -BOUND, out=observation)
+    return np.minimum(observation, BOUND, out=observation)
 
 
 @lru_cache(maxsize=8)

@@ -18,10 +18,12 @@ collision   -1 each tick at which the boat touches another hull than the vessel
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from asv_env.formation import Relations
-from asv_env.params import NOMINAL_LENGTH, EnvParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams, RewardParams
 from asv_env.types import Ending, Float, State
 
 SHARED = ("closure", "delivery", "precision", "success", "strayed", "time")
@@ -65,7 +67,7 @@ def terms(
     weight = params.reward
     shared = np.empty((len(after), len(SHARED)))
     rise = np.minimum(np.maximum(after - before, -LARGEST_STEP), LARGEST_STEP)
-    np.multiply(_progress_weights(params), rise, out=shared[:, :3])
+    np.multiply(_progress_weights(weight, params.task.name), rise, out=shared[:, :3])
     shared[:, 3] = weight.success * ending.reached
     time_lost = weight.time * (params.time_limit_ticks - state.tick)
     shared[:, 4] = ending.strayed * (-weight.strayed - time_lost)
@@ -77,11 +79,13 @@ def terms(
     return named
 
 
-def _progress_weights(params: EnvParams) -> tuple[float, float, float]:
-    """Weights of the potentials; what is not of the task has none."""
-    weight, task = params.reward, params.task.name
+@lru_cache(maxsize=8)
+def _progress_weights(weight: RewardParams, task: str) -> Float:
+    """Weights (3,) of the potentials; what is not of the task has none."""
     to_slots, to_goal = task != "push", task != "approach"
-    return weight.closure * to_slots, weight.delivery * to_goal, weight.precision * to_goal
+    return np.array(
+        [weight.closure * to_slots, weight.delivery * to_goal, weight.precision * to_goal]
+    )
 
 
 def total(terms: dict[str, Float]) -> Float:

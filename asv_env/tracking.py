@@ -22,24 +22,29 @@ FULL_YAW_RATE = 1.2
 SCALE = np.array([FULL_SPEED, FULL_YAW_RATE])
 
 
-def per_motor(boat: BoatParams) -> Float:
-    """Motor thrust (2,) per N of surge force and per N m of yaw moment."""
-    return np.array([0.5, 0.5 / boat.lever_arm])
+class Loops:
+    """The loops of boats of one kind.
 
-
-def gains(boat: BoatParams) -> Float:
-    """Proportional gains (2,): demand in N per m/s and per rad/s of error."""
-    bandwidth = 1.0 / (2.0 * boat.lag)
-    return per_motor(boat) * bandwidth * np.array([boat.total_mass, boat.total_inertia])
-
-
-def feedforward(target: Float, boat: BoatParams) -> Float:
-    """Demand (..., 2), N, that balances the drag at the wanted motion.
-
-    Args:
-        target: (..., 2) forward speed m/s and yaw rate rad/s.
-        boat: with the drag coefficients to be balanced.
+    Attributes:
+        gains: (2,) demand in N per m/s and per rad/s of error.
     """
-    linear = np.array([boat.surge[0], boat.yaw[0]])
-    quadratic = np.array([boat.surge[1], boat.yaw[1]])
-    return per_motor(boat) * (linear + quadratic * np.abs(target)) * target
+
+    def __init__(self, boat: BoatParams) -> None:
+        # Thrust of a motor per N of surge force and per N m of yaw moment.
+        per_motor = np.array([0.5, 0.5 / boat.lever_arm])
+        bandwidth = 1.0 / (2.0 * boat.lag)
+        self.gains = per_motor * bandwidth * np.array([boat.total_mass, boat.total_inertia])
+        self._linear = per_motor * np.array([boat.surge[0], boat.yaw[0]])
+        self._quadratic = per_motor * np.array([boat.surge[1], boat.yaw[1]])
+
+    def demand_at_rest(self, action: Float) -> Float:
+        """Demand (..., 2), N, of a boat that does not move yet.
+
+        It is the drag of the wanted motion plus the gain times the whole of it; a boat that
+        moves takes ``gains`` times its motion off.
+
+        Args:
+            action: (..., 2) forward speed and yaw rate, in units of a full action.
+        """
+        target = action * SCALE
+        return (self.gains + self._linear + self._quadratic * np.abs(target)) * target
