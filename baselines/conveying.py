@@ -34,8 +34,8 @@ class PushGains:
     """What the push may be tuned by.
 
     Attributes:
-        alpha1: angle of the first arc, rad (the paper's 1); None takes the shortest path.
-        min_radius: of the arcs, half-lengths of the vessel.
+        alpha1: angle of the first arc, rad (the paper's 1); None leaves it to the length.
+        min_radius: of the arcs, half-lengths of the vessel; closure bears 1, water asks for more.
         speed: of the vessel on its path, m/s.
         braking: share of the speed from which the vessel would coast to the goal.
         path_scale: way over which deviations from the path decay, m.
@@ -45,15 +45,13 @@ class PushGains:
         closing: speed for a gap to the hull, 1/s.
         turning: yaw rate for a heading error, 1/s.
         sideways: speed along the hull for the distance off the slot, 1/s.
-        lean: share of the way along the hull that pushers steer for; the hull takes them
-            along by friction, and their lean pushes it sideways.
         steer: heading of a pusher for its distance off the slot, rad/m.
-        skid: share of the skid in a turn that is steered against.
+        skid: share of the skid in a turn that the end boats steer against.
     """
 
     alpha1: float | None = 1.0
-    min_radius: float = 1.2
-    speed: float = 0.05
+    min_radius: float = 2.8
+    speed: float = 0.04
     braking: float = 0.85
     path_scale: float = 0.22
     foresight: float = 0.8
@@ -62,9 +60,8 @@ class PushGains:
     closing: float = 0.3
     turning: float = 3.0
     sideways: float = 0.3
-    lean: float = 0.1
-    steer: float = 4.0
-    skid: float = 0.7
+    steer: float = 6.0
+    skid: float = 1.0
 
 
 @dataclass
@@ -119,16 +116,21 @@ class Conveying:
             memory.length[world, :segments] = path.length
 
     def plan(self, goal: Float) -> ArcPath:
-        """Path to a goal pose (3,) in the vessel's frame: two arcs if that is wise, or Dubins."""
+        """Path to a goal pose (3,) in the vessel's frame.
+
+        Two arcs, the first through ``alpha1``, or else the shortest two; where neither bears the
+        radius or both are a long way round, a Dubins path.
+        """
         radius = self._gains.min_radius * self._vessel.length / 2
-        shortest = dubins.shortest(goal, radius)
-        alpha1 = self._gains.alpha1
-        if alpha1 is None or abs(goal[2]) < LEAST_TURN:  # which leaves no choice of alpha1
-            arcs = two_arc.shortest(goal, radius)
-        else:
-            arcs = two_arc.plan(goal, alpha1)
-        detour = arcs.total_length > DETOUR * shortest.total_length
-        return arcs if two_arc.feasible(arcs, radius) and not detour else shortest
+        alpha1, last_resort = self._gains.alpha1, dubins.shortest(goal, radius)
+        candidates = [two_arc.shortest(goal, radius)]
+        if alpha1 is not None and abs(goal[2]) > LEAST_TURN:  # else it is not free
+            candidates.insert(0, two_arc.plan(goal, alpha1))
+        for arcs in candidates:
+            short = arcs.total_length <= DETOUR * last_resort.total_length
+            if short and two_arc.feasible(arcs, radius):
+                return arcs
+        return last_resort
 
     def steer(self, relations: Relations, slot: Complex, memory: PushMemory) -> Float:
         """Speed m/s and yaw rate rad/s (W, A, 2); brings ``memory.way`` up to date."""
@@ -194,14 +196,14 @@ class Conveying:
     def _lead(
         self, relations: Relations, gap: Complex, does: Float, along: Float, caging: Bool
     ) -> Float:
-        """Heading (W, A) off that of the slots with which boats keep up along the hull."""
+        """Heading (W, A) off that of the slots with which boats keep up along the hull.
+
+        The hull takes pushers along by friction, and if they leaned they would push it sideways;
+        they only steer for their slots. The end boats have to follow by themselves.
+        """
         gains = self._gains
         skid = self._boat.total_mass * relations.yaw_rate[:, :1] / max(self._boat.sway[0], 1e-3)
         lead = np.arctan2(along + gains.sideways * gap.real, np.maximum(does, 0.02))
-        lead = lead + gains.skid * skid
-        pushers = gains.lean * lead + gains.steer * gap.real
-        return np.where(
-            caging,
-            np.clip(lead, -LARGEST_CAGER_LEAD, LARGEST_CAGER_LEAD),
-            np.clip(pushers, -LARGEST_PUSHER_LEAD, LARGEST_PUSHER_LEAD),
-        )
+        cagers = np.clip(lead + gains.skid * skid, -LARGEST_CAGER_LEAD, LARGEST_CAGER_LEAD)
+        pushers = np.clip(gains.steer * gap.real, -LARGEST_PUSHER_LEAD, LARGEST_PUSHER_LEAD)
+        return np.where(caging, cagers, pushers)

@@ -62,28 +62,29 @@ class GraspGains:
             comes to rest upright, and noise turns it little.
         funnel: half-width of the line at the hull, m, and
         slope: its growth with the height over the boats at the side.
-        retry: height over them to which boats go astern that have missed the line, m.
+        retry: height over them below which a boat off the line has missed it, and to which it
+            goes astern at least, m.
     """
 
     sigma: float = 0.7
     cruise: float = 0.09
     fastest: float = 0.12
-    clearance: float = 0.15
+    clearance: float = 0.2
     standoff: float = 0.01
     closing: float = 0.3
     turning: float = 2.0
-    skid: float = 0.5
+    skid: float = 0.7
     apart: float = 0.2
     shun: float = 0.08
     column: float = 0.1
-    top: float = 0.25
+    top: float = 0.5
     docking: float = 0.5
     descent: float = 0.06
     ahead: float = 0.04
     lag: float = 0.5
     upright: float = 0.04
     funnel: float = 0.02
-    slope: float = 0.4
+    slope: float = 0.6
     retry: float = 0.12
 
 
@@ -192,7 +193,8 @@ class Grasping:
         height = relations.boat.imag - self._side
         docks = (aside < gains.column) & (gap.imag < BELOW) & (height < gains.top)
         off_line = aside > gains.funnel + gains.slope * np.maximum(height, 0.0)
-        retries = (height < gains.retry) & (off_line | memory.astern)
+        low = height < gains.retry
+        retries = (low & off_line) | (memory.astern & (low | off_line))
         memory.astern = docks & retries & (relations.alignment.real > FACING)
         return docks
 
