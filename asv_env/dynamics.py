@@ -8,7 +8,7 @@ from asv_env import water
 from asv_env.basin import Basin
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.thrusters import Motors, from_command, from_demand, limited
+from asv_env.thrusters import MIX, Motors, from_command, limited
 from asv_env.tracking import Loops
 from asv_env.types import Bool, Complex, Float, Start
 
@@ -52,6 +52,10 @@ class Dynamics:
         self._tracked = self._velocity[:, 1:, ::2]
         self._wrench = np.zeros((*shape, 3))
         self._surge, self._yaw = self._wrench[:, 1:, 0], self._wrench[:, 1:, 2]
+        self._demand, self._wanted = np.zeros((2, shape[0], shape[1] - 1, 2))
+        self._demand_pair, self._wanted_pair = plane(self._demand), plane(self._wanted)
+        self._total = np.zeros((*shape, 3))
+        self._planar_total, self._yaw_total = plane(self._total), self._total[..., 2]
 
     def place(self, world: int, start: Start) -> None:
         """Puts one world at the start of an episode, motors off."""
@@ -85,8 +89,10 @@ class Dynamics:
         for _ in range(steps):
             self._take_bearings()
             if tracks:
-                demand = at_rest - gains * self._tracked
-                wanted = limited(from_demand(demand), self._boat)
+                np.multiply(gains, self._tracked, out=self._demand)
+                np.subtract(at_rest, self._demand, out=self._demand)
+                np.multiply(MIX, self._demand_pair, out=self._wanted_pair)
+                wanted = limited(self._wanted, self._boat)
             self.motors.drive(wanted, self._surge, self._yaw)
             self._exert()
             self._basin.step()
@@ -104,16 +110,17 @@ class Dynamics:
         if self._params.water.current != "still":
             flow = self.current(plane(self._basin.world_motion()))
             self._through_water -= flow * self._heading.conj()
-        total = water.damped(
+        water.damped(
             self._wrench,
             self._velocity,
             self._linear,
             self._quadratic,
             self._dt_per_mass,
             self._softened,
+            out=self._total,
         )
-        np.multiply(plane(total), self._heading, out=self._pull)
-        self._twist[...] = total[..., 2]
+        np.multiply(self._planar_total, self._heading, out=self._pull)
+        self._twist[...] = self._yaw_total
 
     def current(self, position: Complex) -> Complex:
         """Velocity of the water (...) at positions (...) of a world, m/s."""

@@ -38,11 +38,6 @@ def plane(array: Float, first: int = 0) -> Complex:
     return pair
 
 
-def pairs(z: Complex) -> Float:
-    """View of contiguous complex numbers (...) as real pairs (..., 2), the inverse of ``plane``."""
-    return z[..., None].view(np.float64)
-
-
 def rectangle(length: float, width: float) -> list[tuple[float, float]]:
     """Corners of a rectangle round the origin, counter-clockwise, m."""
     x, y = length / 2, width / 2

@@ -205,7 +205,7 @@ class Simulation:
         self._judge_closure()
         water = self._dynamics.current(self.relations.position[:, 0])
         self.ending = termination.ending(self.relations, state, water, self.params)
-        self._steps_over += self.ending.terminated | self.ending.timed_out | (self._steps_over > 0)
+        self._steps_over += self.ending.terminated | self.ending.truncated | (self._steps_over > 0)
 
         after = reward.potentials(self.relations, state, self.params)
         terms = reward.terms(self._potentials, after, state, self.ending, self.params)

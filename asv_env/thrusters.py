@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from asv_env.geometry import pairs, plane
 from asv_env.params import BoatParams
 from asv_env.types import Bool, Float
+
+MIX = 1 + 1j
+"""Turns a demand a + ib into the thrust l + ir of the left and right motor, N.
+
+a is what the motors have in common, half the surge force; b is what each is away from it, the
+yaw moment over twice the lever arm: a - b + i (a + b) = (1 + i) (a + ib).
+"""
 
 
 def from_command(command: Float, boat: BoatParams) -> Float:
     """Thrust of each motor, N, for commands in [-1, 1]: linear, weaker astern."""
     return boat.thrust * np.where(command < 0, boat.astern * command, command)
-
-
-def from_demand(demand: Float) -> Float:
-    """Thrust (..., 2) of the left and right motor, N, without their limits.
-
-    Args:
-        demand: (..., 2) half the surge force, N, and the yaw moment over twice the lever arm,
-            N: what the motors have in common, a, and what each is away from it, b.
-    """
-    # a - b + i (a + b) = (1 + i) (a + i b): one product, as few calls count where W is small.
-    return pairs((1 + 1j) * plane(demand))
 
 
 def limited(thrust: Float, boat: BoatParams) -> Float:

@@ -126,21 +126,20 @@ class Ending:
     """How the worlds stand with their ends, each (W,) bool.
 
     Success and straying terminate an episode, the time limit truncates it.
+
+    Attributes:
+        reached, strayed, timed_out: what has come about.
+        terminated: episodes that are over by what happened in them.
+        truncated: episodes that are over by the clock alone.
     """
 
     reached: Bool
     strayed: Bool
     timed_out: Bool
 
-    @property
-    def terminated(self) -> Bool:
-        """(W,) episodes that are over by what happened in them."""
-        return self.reached | self.strayed
-
-    @property
-    def truncated(self) -> Bool:
-        """(W,) episodes that are over by the clock alone."""
-        return self.timed_out & ~self.terminated
+    def __post_init__(self) -> None:
+        self.terminated: Bool = self.reached | self.strayed
+        self.truncated: Bool = self.timed_out > self.terminated
 
 
 @dataclass

@@ -40,6 +40,7 @@ def damped(
     quadratic: Float,
     dt_per_mass: Float,
     softened: Float,
+    out: Float | None = None,
 ) -> Float:
     """Total wrench whose explicit step has the effect of ``wrench`` and drag.
 
@@ -50,11 +51,13 @@ def damped(
         quadratic: (..., 3) quadratic drag coefficients.
         dt_per_mass: (..., 3) physics step over effective mass, mass and inertia.
         softened: (..., 3) from ``softening``.
+        out: (..., 3) receives the result, if given.
     """
     coefficient = np.abs(velocity)
     coefficient *= quadratic
     coefficient += linear
-    total = wrench - coefficient * velocity
+    total = np.multiply(coefficient, velocity, out=out)
+    np.subtract(wrench, total, out=total)
     coefficient *= dt_per_mass
     coefficient += softened
     total /= coefficient
