@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from asv_env.formation import Relations
-from asv_env.geometry import wrap
+from asv_env.geometry import direction, wrap
 from asv_env.params import EnvParams
 from asv_env.types import Bool, Complex, Float
 from baselines import dubins, pushing, two_arc
-from baselines.alongside import hull_velocity, turn_to
 from baselines.arcs import ArcPath
 
 SEGMENTS = 3
@@ -207,3 +206,16 @@ class Conveying:
         cagers = np.clip(lead + gains.skid * skid, -LARGEST_CAGER_LEAD, LARGEST_CAGER_LEAD)
         pushers = np.clip(gains.steer * gap.real, -LARGEST_PUSHER_LEAD, LARGEST_PUSHER_LEAD)
         return np.where(caging, cagers, pushers)
+
+
+def hull_velocity(relations: Relations, slot: Complex) -> tuple[Float, Float]:
+    """Velocity (W, A) of the vessel at each slot: across, towards -n, and along +u, m/s."""
+    moves = (relations.velocity[:, 0] * relations.heading[:, 0].conj())[:, None]
+    yaw_rate = relations.yaw_rate[:, :1]
+    return -moves.imag - yaw_rate * slot.real, moves.real - yaw_rate * slot.imag
+
+
+def turn_to(relations: Relations, heading: Float) -> Float:
+    """Angle (W, A) by which boats have to turn to a heading (W, A) in the vessel's frame."""
+    turn = direction(heading) * relations.heading[:, :1] / relations.heading[:, 1:]
+    return np.arctan2(turn.imag, turn.real)
