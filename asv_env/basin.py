@@ -26,14 +26,43 @@ CELLS_PER_BODY = 200
 """Size of the hash table over the bodies of one world; enough for some hundred worlds."""
 
 
+class _Port:
+    """Traffic of all bodies of a Space with an array, in the order in which they were added.
+
+    It is what ``pymunk.batch`` does, but for the request, which is made once and not at every
+    call: for few worlds making it costs more than the physics.
+
+    Args:
+        space: with the bodies.
+        fields: what is read or written.
+        rows: (bodies or more, fields) contiguous.
+        visitor: name of the function in Pymunk's C code that is called for each body.
+    """
+
+    def __init__(self, space: pymunk.Space, fields: BodyFields, rows: Float, visitor: str) -> None:
+        buffer = Buffer()
+        buffer.set_float_buf(rows.reshape(-1))
+        self._alive = buffer, space
+        self._floats = buffer._float_arr
+        self._request = batch.ffi.new("pmBatchedData *")
+        self._request.fields = fields.value
+        self._request.floatArray, self._request.intArray = buffer._float_arr, buffer._int_arr
+        self._each_body = batch.lib.cpSpaceEachBody
+        self._arguments = space._space, batch.ffi.addressof(batch.lib, visitor), self._request
+
+    def __call__(self) -> None:
+        self._floats.num = 0
+        self._each_body(*self._arguments)
+
+
 @dataclass
 class _Pool:
     """One Space with its share of the worlds, and the buffers through which it is spoken to."""
 
     space: pymunk.Space
     bodies: list[pymunk.Body]
-    read: Buffer
-    write: Buffer
+    read: _Port
+    write: _Port
     contacts: Buffer
 
 
@@ -69,15 +98,15 @@ class Basin:
         identities = np.array([body.id for body in self._bodies], dtype=np.uintp)
         self._by_identity = np.argsort(identities)
         self._identities = identities[self._by_identity]
-        self._read()
+        for pool in self._pools:
+            pool.read()
 
     def step(self) -> None:
         """Advances every world by one physics step under ``force`` and reads ``motion``."""
         for pool in self._pools:
-            batch.set_space_bodies(pool.space, WRENCH, pool.write)
+            pool.write()
             pool.space.step(self._dt)
-            pool.read.clear()
-            batch.get_space_bodies(pool.space, MOTION, pool.read)
+            pool.read()
 
     def world_motion(self) -> Float:
         """A copy of the motion (W, B, 6) in each world's own coordinates."""
@@ -164,20 +193,14 @@ class Basin:
             bodies += [_add_hull(space, tile, vessel)]
             bodies += [_add_hull(space, tile, boat) for _ in range(params.num_boats)]
         first = worlds[0] * count
-        pool = _Pool(space, bodies, Buffer(), Buffer(), Buffer())
-        pool.read.set_float_buf(self._motion_rows[first:].reshape(-1))
-        pool.write.set_float_buf(self._force_rows[first:].reshape(-1))
-        self._pools.append(pool)
+        read = _Port(space, MOTION, self._motion_rows[first:], "pmSpaceBodyGetIteratorFuncBatched")
+        write = _Port(space, WRENCH, self._force_rows[first:], "pmSpaceBodySetIteratorFuncBatched")
+        self._pools.append(_Pool(space, bodies, read, write, Buffer()))
 
     def _tile_spacing(self, cell: float) -> float:
         """Distance between tiles, m: arenas, hulls that hang over their edge, and room."""
         arena = max(self._params.task.arena, self._params.water.walls or 0.0)
         return cell * math.ceil((2 * arena + 4 * cell + 2 * WALL_THICKNESS + 1.0) / cell)
-
-    def _read(self) -> None:
-        for pool in self._pools:
-            pool.read.clear()
-            batch.get_space_bodies(pool.space, MOTION, pool.read)
 
 
 def _add_hull(space: pymunk.Space, tile: tuple[float, float], hull: HullParams) -> pymunk.Body:
