@@ -13,10 +13,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from asv_env.geometry import direction, plane
-from asv_env.params import EnvParams, TaskParams
+from asv_env.params import SMALLEST_CAGE, EnvParams, TaskParams
 from asv_env.types import Bool, Complex, Float
-
-SMALLEST_CAGE = 4
 
 
 def slots(params: EnvParams, team: int) -> Complex:

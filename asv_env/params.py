@@ -23,6 +23,8 @@ CURRENTS = ("still", "uniform", "gyre", "double_gyre")
 SIDES = ("+n", "-n", "goal")
 GOAL_ANCHORS = ("world", "closure")
 NOMINAL_LENGTH = 0.40
+SMALLEST_CAGE = 4
+"""Smallest team whose first and last boats cage the ends of the vessel."""
 TINY = 1e-9
 
 
@@ -501,7 +503,7 @@ class EnvParams:
     @property
     def pitch(self) -> float:
         """Distance between neighbouring slots along the side, m."""
-        cells = self.num_boats - 1 if self.num_boats >= 4 else self.num_boats + 1
+        cells = self.num_boats - 1 if self.num_boats >= SMALLEST_CAGE else self.num_boats + 1
         return self.vessel.length / cells
 
     @property

@@ -27,7 +27,6 @@ from asv_env.params import NOMINAL_LENGTH, EnvParams, RewardParams
 from asv_env.types import Ending, Float, State
 
 SHARED = ("closure", "delivery", "precision", "success", "strayed", "time")
-OWN = ("effort", "collision")
 HEADING_WEIGHT = 0.25
 BELL_DISTANCE = 0.08
 BELL_ANGLE = 0.2

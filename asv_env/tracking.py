@@ -22,6 +22,11 @@ FULL_YAW_RATE = 1.2
 SCALE = np.array([FULL_SPEED, FULL_YAW_RATE])
 
 
+def bandwidth(boat: BoatParams) -> float:
+    """Of the loops on board, 1/s."""
+    return 1.0 / (2.0 * boat.lag)
+
+
 class Loops:
     """The loops of boats of one kind.
 
@@ -32,8 +37,7 @@ class Loops:
     def __init__(self, boat: BoatParams) -> None:
         # Thrust of a motor per N of surge force and per N m of yaw moment.
         per_motor = np.array([0.5, 0.5 / boat.lever_arm])
-        bandwidth = 1.0 / (2.0 * boat.lag)
-        self.gains = per_motor * bandwidth * np.array([boat.total_mass, boat.total_inertia])
+        self.gains = per_motor * bandwidth(boat) * np.array([boat.total_mass, boat.total_inertia])
         self._linear = per_motor * np.array([boat.surge[0], boat.yaw[0]])
         self._quadratic = per_motor * np.array([boat.surge[1], boat.yaw[1]])
 

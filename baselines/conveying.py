@@ -14,6 +14,7 @@ import numpy as np
 from asv_env.formation import Relations
 from asv_env.geometry import direction, wrap
 from asv_env.params import EnvParams
+from asv_env.tracking import bandwidth
 from asv_env.types import Bool, Complex, Float
 from baselines import dubins, pushing, two_arc
 from baselines.arcs import ArcPath
@@ -189,7 +190,7 @@ class Conveying:
         levers = np.maximum((lever**2).sum(axis=1), 1e-6)
         pushers = np.maximum((~caging).sum(axis=1), 1)
         thrust = (force / pushers)[:, None] - (moment / levers)[:, None] * lever
-        stiffness = self._boat.total_mass / (2 * self._boat.lag)  # of the speed loop on board
+        stiffness = self._boat.total_mass * bandwidth(self._boat)  # of the speed loop on board
         return self._gains.load * thrust / stiffness
 
     def _lead(
