@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from baselines.arcs import Array, finite, positive
+from asv_env.types import Float
+from baselines.checks import finite, not_negative, positive, senses
 from baselines.spiral import angular_distance
 
 
@@ -22,7 +23,7 @@ def drift(
     speed: ArrayLike,
     sigma: ArrayLike,
     unit_speed: bool = False,
-) -> tuple[Array, Array]:
+) -> tuple[Float, Float]:
     """Rates of r and alpha without noise (Eq 8).
 
     Args:
@@ -37,13 +38,15 @@ def drift(
         dr/dt (...) m/s and dalpha/dt (...) rad/s.
 
     Raises:
-        ValueError: r <= 0, sigma <= 0, or a number is not finite.
+        ValueError: r <= 0, sigma <= 0, a direction neither 0 nor 1, or a number not finite.
     """
     exponent = -angular_distance(alpha, np.pi / 2) / positive("sigma", sigma)
     inwards, around = np.exp(exponent), -np.expm1(exponent)
     pace = finite("speed", speed) / (np.hypot(inwards, around) if unit_speed else 1.0)
-    sense = 2 * np.asarray(direction, dtype=np.int_) - 1
-    return -pace * inwards, sense * pace * around / positive("r", r)
+    sign = 2 * senses("direction", direction) - 1
+    rates = np.broadcast_arrays(-pace * inwards, sign * pace * around / positive("r", r))
+    dr, dalpha = np.stack(rates)
+    return dr, dalpha
 
 
 def simulate(
@@ -59,7 +62,7 @@ def simulate(
     noise_alpha: float = 0.0,
     stop_radius: float = 0.01,
     unit_speed: bool = False,
-) -> tuple[Array, Array, Array]:
+) -> tuple[Float, Float, Float]:
     """Follow a swarm by the Euler-Maruyama scheme, with white noise on either or both variables.
 
     An agent within stop_radius has arrived and stays. The sense D is the shorter way to pi/2 at
@@ -86,16 +89,14 @@ def simulate(
         ValueError: dt, stop_radius, sigma or r0 <= 0, duration < dt, negative noise, or a number
             is not finite.
     """
-    positive("dt", dt)
     positive("stop_radius", stop_radius)
-    if not finite("duration", duration) >= dt:
+    if not finite("duration", duration) >= positive("dt", dt):
         raise ValueError(f"duration must be at least dt = {dt}, got {duration}")
-    if finite("noise_r", noise_r) < 0 or finite("noise_alpha", noise_alpha) < 0:
-        raise ValueError(f"noise must not be negative, got {noise_r} and {noise_alpha}")
-    r, alpha = np.broadcast_arrays(positive("r0", r0), finite("alpha0", alpha0))
-    r, alpha, _ = np.broadcast_arrays(r, alpha, speed)
+    spread_r = not_negative("noise_r", noise_r) * np.sqrt(dt)
+    spread_alpha = not_negative("noise_alpha", noise_alpha) * np.sqrt(dt)
+    r, alpha = positive("r0", r0), finite("alpha0", alpha0)
+    r, alpha, _, _ = np.broadcast_arrays(r, alpha, speed, sigma)
     latched = _shorter_sense(alpha)
-    spread_r, spread_alpha = noise_r * np.sqrt(dt), noise_alpha * np.sqrt(dt)
     history = [(r, alpha)]
     for _ in range(round(duration / dt)):
         sense = np.where(np.sin(alpha) > 0, _shorter_sense(alpha), latched)
@@ -111,5 +112,5 @@ def simulate(
     return times, np.stack([h[0] for h in history]), np.stack([h[1] for h in history])
 
 
-def _shorter_sense(alpha: Array) -> NDArray[np.int_]:
+def _shorter_sense(alpha: Float) -> NDArray[np.int_]:
     return np.where(np.cos(alpha) >= 0, 1, 0)

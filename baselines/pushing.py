@@ -10,17 +10,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from baselines.arcs import Array, finite, finite_poses
+from asv_env.types import Float
+from baselines.checks import finite, finite_points, finite_poses, numbers
 
 
 def speeds(
     points: ArrayLike, centre: ArrayLike, vessel_position: ArrayLike, mean_speed: ArrayLike
-) -> Array:
+) -> Float:
     """Speed of material points of the vessel turning about `centre` (Eq 16).
 
     Args:
         points: (..., 2) m, the boats.
-        centre: (..., 2) m; infinite coordinates mean a straight, where every speed is mean_speed.
+        centre: (..., 2) m; an infinite coordinate means a straight: every speed is mean_speed.
         vessel_position: (..., 2) m.
         mean_speed: (...) m/s, speed of the vessel's centre.
 
@@ -30,20 +31,20 @@ def speeds(
     Raises:
         ValueError: a number is NaN, or the vessel's centre is the centre of the circle.
     """
-    points, vessel_position = finite("points", points), finite("vessel_position", vessel_position)
-    centre = np.asarray(centre, dtype=np.float64)
-    if np.isnan(centre).any():
-        raise ValueError(f"centre must not be NaN, got {centre}: use inf for a straight")
-    straight = np.isinf(centre).any(axis=-1)
-    finite_centre = np.where(straight[..., None], 0.0, centre)
-    radius = np.where(straight, 1.0, np.linalg.norm(vessel_position - finite_centre, axis=-1))
+    points = finite_points("points", points)
+    vessel_position = finite_points("vessel_position", vessel_position)
+    centre = numbers("centre", centre)
+    if np.isnan(centre).any() or centre.shape[-1:] != (2,):
+        raise ValueError(f"centre must be (..., 2) without NaN, got {centre}: inf for a straight")
+    radius = np.hypot(*np.moveaxis(vessel_position - centre, -1, 0))
     if (radius == 0).any():
         raise ValueError("centre is the vessel's own centre: Eq (16) needs a circle of radius > 0")
-    distance = np.where(straight, 1.0, np.linalg.norm(points - finite_centre, axis=-1))
-    return distance / radius * finite("mean_speed", mean_speed)
+    straight = np.isinf(radius)
+    distance = np.where(straight, 1.0, np.hypot(*np.moveaxis(points - centre, -1, 0)))
+    return distance / np.where(straight, 1.0, radius) * finite("mean_speed", mean_speed)
 
 
-def directions(points: ArrayLike, vessel_pose: ArrayLike, curvature: ArrayLike) -> Array:
+def directions(points: ArrayLike, vessel_pose: ArrayLike, curvature: ArrayLike) -> Float:
     """Course of material points of a vessel that moves along -n (direction that Eq 16 lacks).
 
     Equals alpha + sign(rho) pi/2 with alpha the bearing of the point from the circle's centre; a
@@ -57,7 +58,7 @@ def directions(points: ArrayLike, vessel_pose: ArrayLike, curvature: ArrayLike) 
     Returns:
         (...) rad in [-pi, pi].
     """
-    points, pose = finite("points", points), finite_poses("vessel_pose", vessel_pose)
+    points, pose = finite_points("points", points), finite_poses("vessel_pose", vessel_pose)
     curvature = finite("curvature", curvature)
     offset = points - pose[..., :2]
     vx = np.sin(pose[..., 2]) - curvature * offset[..., 1]
@@ -65,7 +66,7 @@ def directions(points: ArrayLike, vessel_pose: ArrayLike, curvature: ArrayLike) 
     return np.arctan2(vy, vx)
 
 
-def normal_speeds(u: ArrayLike, curvature: ArrayLike, mean_speed: ArrayLike) -> Array:
+def normal_speeds(u: ArrayLike, curvature: ArrayLike, mean_speed: ArrayLike) -> Float:
     """Component along -n of the velocity that Eq (16) measures: S (rho - u) / rho.
 
     Not negative for every boat along the vessel if and only if the radius is at least half the

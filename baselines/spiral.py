@@ -9,20 +9,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from baselines.arcs import Array, finite, positive
+from asv_env.types import Float
+from baselines.checks import finite, not_negative, numbers, positive
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
-# Below it sigma^2 underflows; the length has long reached its limit r0 (1 + theta0).
-_LEAST_SIGMA = 1e-150
+# Beyond them sigma^2 leaves the floating-point range; the length has long reached its limits.
+_SIGMA_RANGE = 1e-150, 1e150
 
 
-def angular_distance(a: ArrayLike, b: ArrayLike) -> Array:
+def angular_distance(a: ArrayLike, b: ArrayLike) -> Float:
     """Smaller angle between two directions (the paper's arcmin); rad in [0, pi]."""
     a, b = finite("a", a), finite("b", b)
     return np.minimum(np.mod(a - b, 2 * np.pi), np.mod(b - a, 2 * np.pi))
 
 
-def bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Array:
+def bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Float:
     """Angle phi between heading and target on the way in (Eq 2).
 
     The target lies phi to the right of the heading when circling clockwise, to the left when
@@ -42,7 +43,7 @@ def bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Array:
     return np.multiply(-np.pi / 2, np.expm1(-theta / positive("sigma", sigma)))
 
 
-def exact_bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Array:
+def exact_bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Float:
     """Angle phi* whose orbit is exactly the spiral of Eq (4): tan phi* = r / (dr/dtheta).
 
     Not in the paper. It makes the length of Eq (6), and so the speed of Eq (7), exact. Arguments,
@@ -52,7 +53,7 @@ def exact_bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Array:
     return np.arctan2(-np.asarray(sigma) * np.expm1(decay), np.exp(decay))
 
 
-def asymptotic_radius(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Array:
+def asymptotic_radius(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Float:
     """Radius r_pi of the spiral through (r0, theta0) (Eq 5): its limit for large theta.
 
     Args:
@@ -66,13 +67,13 @@ def asymptotic_radius(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Arr
     Raises:
         ValueError: sigma <= 0, a negative r0 or theta0, or a number is not finite.
     """
-    r0, theta0 = _not_negative("r0", r0), _not_negative("theta0", theta0)
+    r0, theta0 = not_negative("r0", r0), not_negative("theta0", theta0)
     share = -np.expm1(-theta0 / positive("sigma", sigma))
     straight = np.where(r0 > 0, np.inf, 0.0)
     return np.where(share > 0, r0 / np.where(share > 0, share, 1.0), straight)[()]
 
 
-def arc_length(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Array:
+def arc_length(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Float:
     """Length of the spiral from (r0, theta0) to the target (Eq 6, in a stable form).
 
     The printed form is right, but overflows for theta0 / sigma above 355 and loses all digits for
@@ -90,8 +91,8 @@ def arc_length(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Array:
     Raises:
         ValueError: sigma <= 0, a negative r0 or theta0, or a number is not finite.
     """
-    r0, theta0 = _not_negative("r0", r0), _not_negative("theta0", theta0)
-    sigma = np.maximum(positive("sigma", sigma), _LEAST_SIGMA)
+    r0, theta0 = not_negative("r0", r0), not_negative("theta0", theta0)
+    sigma = np.clip(positive("sigma", sigma), *_SIGMA_RANGE)
     theta0, sigma = np.broadcast_arrays(theta0, sigma)
     cancelling = (-np.expm1(-theta0 / sigma) < 1e-2) | (sigma > 5)
     relative = _closed_form(np.where(cancelling, 1.0, theta0), np.where(cancelling, 1.0, sigma))
@@ -107,8 +108,8 @@ def approach_speed(
     stop_radius: ArrayLike = 0.0,
     max_speed: ArrayLike = np.inf,
     min_speed: ArrayLike = 0.0,
-    min_time: float = 0.5,
-) -> Array:
+    min_time: ArrayLike = 0.5,
+) -> Float:
     """Speed that ends a path on time (Eq 7), also when asked again and again on the way.
 
     Eq (7) is length / time; with stop_radius the path ends that much earlier. Asked online, the
@@ -118,34 +119,26 @@ def approach_speed(
         length: (...) m, of the path that is left.
         time_left: (...) s; below min_time, and negative when late, it counts as min_time.
         stop_radius: (...) m.
-        max_speed: (...) m/s.
-        min_speed: (...) m/s, at most max_speed.
-        min_time: s, > 0.
+        max_speed: (...) m/s, which may be infinite.
+        min_speed: (...) m/s, at most max_speed; also the speed within stop_radius.
+        min_time: (...) s, > 0: a control period or more.
 
     Returns:
         (...) m/s.
 
     Raises:
-        ValueError: min_time <= 0, min_speed > max_speed, or length or time is not finite.
+        ValueError: min_time <= 0, min_speed > max_speed, another argument but time_left is
+            negative, or a number but max_speed is not finite.
     """
-    if not min_time > 0:
-        raise ValueError(f"min_time must be positive, got {min_time}: use a control period or more")
-    slowest, fastest = finite("min_speed", min_speed), np.asarray(max_speed, dtype=np.float64)
+    slowest, fastest = not_negative("min_speed", min_speed), numbers("max_speed", max_speed)
     if not np.all(slowest <= fastest):
         raise ValueError(f"min_speed {min_speed!r} exceeds max_speed {max_speed!r}: lower it")
-    distance = finite("length", length) - finite("stop_radius", stop_radius)
-    time = np.maximum(finite("time_left", time_left), min_time)
+    distance = not_negative("length", length) - not_negative("stop_radius", stop_radius)
+    time = np.maximum(finite("time_left", time_left), positive("min_time", min_time))
     return np.minimum(np.maximum(distance / time, slowest), fastest)
 
 
-def _not_negative(name: str, value: ArrayLike) -> Array:
-    array = finite(name, value)
-    if (array < 0).any():
-        raise ValueError(f"{name} must not be negative, got {array.min()}: use its absolute value")
-    return array
-
-
-def _closed_form(theta0: Array, s: Array) -> Array:
+def _closed_form(theta0: Float, s: Float) -> Float:
     """Eq (6) for r0 = 1, with exp(-theta0/s) in place of exp(theta0/s)."""
     e, u, c = np.exp(-theta0 / s), -np.expm1(-theta0 / s), 1 + s**2
     root, q = np.sqrt(c), np.hypot(e, s * u)
@@ -161,7 +154,7 @@ def _closed_form(theta0: Array, s: Array) -> Array:
     return np.divide(g + theta0 + s * inner + s**2 / root * logarithm, u)
 
 
-def _quadrature(theta0: Array, s: Array) -> Array:
+def _quadrature(theta0: Float, s: Float) -> Float:
     """Eq (6) for r0 = 1 as the integral of sqrt(r^2 + r'^2) by 40-point Gauss-Legendre."""
     theta0, s = theta0[..., None], s[..., None]
     u = -np.expm1(-theta0 / s)

@@ -17,7 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asv_env.geometry import wrap
-from baselines.arcs import ArcPath, Array, finite, finite_poses, pick, positive
+from asv_env.types import Float
+from baselines.arcs import ArcPath, pick
+from baselines.checks import finite, finite_poses, positive
 
 ROUNDING = 1e-12  # relative; below it lengths and angles are rounding errors
 SPOT_RADIUS = 1e-12  # m, stands for radius 0
@@ -53,10 +55,13 @@ def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
     determinant = _cross(e1, e2)
     parallel = np.abs(determinant) < ROUNDING
     distance = np.hypot(goal[..., 0], goal[..., 1])
-    if (parallel & (np.abs(_cross(goal, e1)) > ROUNDING * distance)).any():
+    missed = parallel & (np.abs(_cross(goal, e1)) > ROUNDING * distance)
+    if missed.any():
+        wrong = np.broadcast_to(alpha1, missed.shape)[missed][0]
+        x, y, _ = np.broadcast_to(goal, (*missed.shape, 3))[missed][0]
         raise ValueError(
-            f"alpha1 = {alpha1} cannot reach a goal of unchanged heading, {goal}: "
-            "use alpha1 = 2 atan2(x_f, -y_f)"
+            f"alpha1 = {wrong} cannot reach the goal ({x}, {y}) with unchanged heading: only "
+            f"alpha1 = 2 atan2(x_f, -y_f) = {2 * np.arctan2(x, -y)} can"
         )
     # Equal shares give both arcs of the one-parameter family at h_f = 0 the same, largest radius.
     share = 0.5 * _dot(goal, e1)
@@ -70,8 +75,8 @@ def shortest(goal: ArrayLike, min_radius: ArrayLike) -> ArcPath:
     """Shortest two-arc path to `goal` whose radii are at least `min_radius`.
 
     At the optimum one of the two radii is the minimal one, so four values of alpha1 need testing
-    (found numerically, see the equations' notes; the paper fixes alpha1 = 1 instead, which suits
-    its own goal only). Where none of the four is feasible (goals near the start pose), the one
+    (observed, not proved: docs/paper.md; the paper fixes alpha1 = 1 instead, which suits its own
+    goal only). Where none of the four is feasible (goals near the start pose), the one
     with the largest smaller radius is returned: it ends on the goal, and `feasible` is False. A
     goal at the start pose gives a path of length zero.
 
@@ -119,7 +124,7 @@ def reason(path: ArcPath, min_radius: ArrayLike) -> str | NDArray[np.str_]:
     cases = np.broadcast(
         ok, backwards.any(axis=-1), straight, narrowest, tightness.max(axis=-1), min_radius
     )
-    text = np.array([_reason(*case) for case in cases])
+    text = np.array([_reason(*case) for case in cases], dtype=np.str_)
     return str(text[0]) if ok.ndim == 0 else text.reshape(ok.shape)
 
 
@@ -136,7 +141,7 @@ def _reason(
     )
 
 
-def _tightness(path: ArcPath) -> Array:
+def _tightness(path: ArcPath) -> Float:
     """(..., n) 1/m: absolute curvature, 0 where the segment hardly turns."""
     return np.where(np.abs(path.turn) > TOLERANCE, np.abs(path.curvature), 0.0)
 
@@ -146,7 +151,7 @@ def _backwards(path: ArcPath) -> NDArray[np.bool_]:
     return np.abs(path.turn) >= 2 * np.pi - 2 * LEAST_DETOUR_TURN
 
 
-def _candidates(goal: Array, min_radius: Array) -> ArcPath:
+def _candidates(goal: Float, min_radius: Float) -> ArcPath:
     """(4, ...): one radius is +-min_radius, the other follows from what is left of the goal."""
     x, y, heading = np.moveaxis(goal, -1, 0)
     scale = np.hypot(x, y) + min_radius
@@ -164,20 +169,20 @@ def _candidates(goal: Array, min_radius: Array) -> ArcPath:
     return _path(alpha1, chord1, alpha2, chord2, scale)
 
 
-def _double_angle(sine: Array, cosine: Array, scale: Array) -> Array:
+def _double_angle(sine: Float, cosine: Float, scale: Float) -> Float:
     """2 atan2, or 0 where both arguments vanish: one arc then does all, and alpha1 is free."""
     vanishing = np.hypot(sine, cosine) <= ROUNDING * scale
     return np.where(vanishing, 0.0, wrap(2 * np.arctan2(sine, cosine)))
 
 
-def _path(alpha1: Array, chord1: Array, alpha2: Array, chord2: Array, scale: Array) -> ArcPath:
+def _path(alpha1: Float, chord1: Float, alpha2: Float, chord2: Float, scale: Float) -> ArcPath:
     turn = np.stack(np.broadcast_arrays(alpha1, alpha2), axis=-1)
     chord = np.stack(np.broadcast_arrays(chord1, chord2), axis=-1)
     curvature, length = _arc(turn, chord, scale[..., None])
     return ArcPath(np.zeros(3), curvature, length)
 
 
-def _arc(turn: Array, chord: Array, scale: Array) -> tuple[Array, Array]:
+def _arc(turn: Float, chord: Float, scale: Float) -> tuple[Float, Float]:
     """Curvature and length of the forward arc with this chord, and this turn up to 2 pi.
 
     A negative chord means the other way round the same circle (Eqs 14-15, corrected).
@@ -194,16 +199,16 @@ def _arc(turn: Array, chord: Array, scale: Array) -> tuple[Array, Array]:
     return curvature, length
 
 
-def _chord_directions(alpha1: Array, alpha2: Array) -> tuple[Array, Array]:
-    def direction(angle: Array) -> Array:
+def _chord_directions(alpha1: Float, alpha2: Float) -> tuple[Float, Float]:
+    def direction(angle: Float) -> Float:
         return np.stack([np.sin(angle), -np.cos(angle)], axis=-1)
 
     return direction(alpha1 / 2), direction(alpha1 + alpha2 / 2)
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _cross(a: Float, b: Float) -> Float:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _dot(a: Array, b: Array) -> Array:
+def _dot(a: Float, b: Float) -> Float:
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]

@@ -95,6 +95,10 @@ def test_two_arc_plan_is_the_corrected_eqs_9_to_15():
     path = two_arc.plan(goals(family), column(family, "alpha1"))
     assert_close(1 / path.curvature, np.stack(column(family, "rho1", "rho2"), -1))
     assert_close(path.turn, np.stack(column(family, "A1", "A2"), -1))
+    raw = np.stack(column(family, "alpha1", "alpha2_raw"), -1)
+    corrected = np.stack(column(family, "corrected1", "corrected2"), -1)
+    assert_close(np.exp(1j * (path.turn - raw)), np.ones(raw.shape))
+    np.testing.assert_array_equal(path.turn * raw < 0, corrected)
     assert_close(path.length, np.stack(column(family, "length1", "length2"), -1))
     assert_close(path.total_length, column(family, "total_length"))
     assert_close(path.joints[:, 1, :2], column(family, "switch"))
@@ -110,6 +114,7 @@ def test_shortest_two_arc_path(row):
     if row["feasible"]:
         assert_close(1 / path.curvature, [row["rho1"], row["rho2"]])
         assert_close(path.turn, [row["A1"], row["A2"]])
+        assert_close(np.exp(1j * (path.turn[0] - row["alpha1"])), 1.0)
         assert_close(path.total_length, row["total_length"])
 
 

@@ -16,8 +16,9 @@ coordinates = st.floats(-2.0, 2.0)
 angles = st.floats(-np.pi, np.pi)
 goals = st.tuples(coordinates, coordinates, angles)
 radii = st.floats(0.05, 0.6)
-curvatures = st.floats(-5.0, 5.0)
-lengths = st.floats(0.0, 2.0)
+curvatures = st.sampled_from([-5.0, 0.0, 5.0]) | st.floats(-5.0, 5.0)
+lengths = st.just(0.0) | st.floats(0.0, 2.0)
+scales = st.sampled_from([1e-3, 1e-2, 0.5, 100.0, 1e4])
 arcs = st.lists(st.tuples(curvatures, lengths), min_size=1, max_size=4)
 MIRROR = np.array([-1.0, 1.0, -1.0])
 
@@ -93,6 +94,17 @@ class TestArcPath:
         assert path[2].end.shape == (3,)
         assert path[path.total_length > 1].end.shape == (0, 3)
 
+    def test_samples_every_path_at_its_own_distances(self):
+        path = dubins.shortest(many_goals(6).reshape(2, 3, 3), 0.2)
+        s = np.linspace(0, 1, 5) * path.total_length[..., None]
+        poses, bends = path[:, :, None].pose_at(s), path[:, :, None].curvature_at(s)
+        assert poses.shape == (2, 3, 5, 3)
+        for i, j in np.ndindex(2, 3):
+            np.testing.assert_array_equal(poses[i, j], path[i, j].pose_at(s[i, j]))
+            np.testing.assert_array_equal(bends[i, j], path[i, j].curvature_at(s[i, j]))
+        with pytest.raises(ValueError, match="None"):
+            path.pose_at(s)
+
     def test_holds_its_ends(self):
         path = as_path([(1.0, 0.5), (0.0, 0.5)])
         assert pose_error(path.pose_at(-1.0), path.start) == 0
@@ -107,11 +119,31 @@ class TestArcPath:
             ([0, 0, 0], [1.0], [-1.0]),
             ([0, 0], [1.0], [1.0]),
             ([0, 0, 0], 1.0, 1.0),
+            ([0, 0, 0], [], []),
+            ([0, 0, 0], [1.0], ["far"]),
         ],
     )
     def test_refuses_what_is_no_path(self, arguments):
-        with pytest.raises(ValueError, match="must"):
+        with pytest.raises((ValueError, TypeError), match="must"):
             ArcPath(*arguments)
+
+
+@given(goals, radii, angles)
+@settings(max_examples=100, deadline=None)
+def test_planned_paths_are_driven_along_minus_n(goal, radius, alpha1):
+    paths = [dubins.shortest(goal, radius), two_arc.shortest(goal, radius)]
+    if abs(np.sin(goal[2] / 2)) > 1e-3:
+        paths.append(two_arc.plan(goal, alpha1))
+    for path in paths:
+        step = 1e-6 / max(1 / radius, np.abs(path.curvature).max())
+        begin = np.cumsum(path.length) - path.length
+        s = begin + np.linspace(0.01, 0.99, 9)[:, None] * path.length
+        s = s[:, path.length > 1e-3 * path.total_length]
+        pose, ahead = path.pose_at(s), path.pose_at(s + step)
+        minus_n = np.stack([np.sin(pose[..., 2]), -np.cos(pose[..., 2])], axis=-1)
+        driven = ((ahead - pose)[..., :2] * minus_n).sum(axis=-1)
+        rounding = 1e-15 * max(1.0, path.total_length)
+        np.testing.assert_allclose(driven, step, rtol=1e-5, atol=rounding)
 
 
 class TestTwoArc:
@@ -150,6 +182,49 @@ class TestTwoArc:
         best = two_arc.shortest(goal, radius)
         found = np.where(two_arc.feasible(best, radius), best.total_length, np.inf)
         assert (found <= scanned * (1 + 1e-9)).all()
+
+    @given(st.lists(st.tuples(curvatures, lengths), min_size=2, max_size=2))
+    @settings(max_examples=300, deadline=None)
+    def test_no_two_allowed_arcs_are_shorter(self, segments):
+        path = as_path(segments)
+        if (np.abs(path.turn) < 2 * np.pi - 1e-6).all():
+            best = two_arc.shortest(path.end, 0.2)
+            assert two_arc.feasible(best, 0.2)
+            assert best.total_length <= path.total_length * (1 + 1e-9) + 1e-9
+
+    def test_plan_agrees_with_the_centres_of_eq_13(self):
+        goal, alpha1 = many_goals(1000, seed=5), np.random.default_rng(6).uniform(-3, 3, 1000)
+        x, y, heading = goal.T
+        alpha2 = heading - alpha1
+        c1x = -(x * np.cos(alpha1 + alpha2 / 2) + y * np.sin(alpha1 + alpha2 / 2)) / (
+            2 * np.sin(alpha1 / 2) * np.sin(heading / 2)
+        )
+        turned = y * np.cos(heading) - x * np.sin(heading)
+        c2x = (x * np.cos(alpha1 / 2) + np.sin(alpha1 / 2) * turned) / (
+            2 * np.sin(alpha2 / 2) * np.sin(heading / 2)
+        )
+        c2y = np.cos(alpha1 / 2) * (x * np.cos(heading / 2) + y * np.sin(heading / 2))
+        rho2 = (x * np.cos(alpha1 / 2) + y * np.sin(alpha1 / 2)) / (
+            2 * np.sin(alpha2 / 2) * np.sin(heading / 2)
+        )
+        path = two_arc.plan(goal, alpha1)
+        scale = 1e-9 * (1 + path.total_length[:, None, None])
+        centres = np.stack([c1x, 0 * c1x, c2x, c2y / np.sin(alpha2 / 2)], -1).reshape(-1, 2, 2)
+        assert (np.abs(path.centres - centres) < scale).all()
+        np.testing.assert_allclose(1 / path.curvature, np.stack([c1x, rho2], -1), rtol=1e-8)
+
+    @given(goals, radii, angles, scales)
+    @settings(max_examples=100, deadline=None)
+    def test_scales(self, goal, radius, alpha1, scale):
+        larger = np.array(goal) * [scale, scale, 1.0]
+        pairs = [(two_arc.shortest(goal, radius), two_arc.shortest(larger, radius * scale))]
+        if abs(np.sin(goal[2] / 2)) > 1e-3:
+            pairs.append((two_arc.plan(goal, alpha1), two_arc.plan(larger, alpha1)))
+        for path, image in pairs:
+            if two_arc.feasible(path, radius) and np.hypot(*goal[:2]) > 1e-6:
+                assert two_arc.feasible(image, radius * scale)
+                rtol = 1e-9 * max(1.0, path.total_length)
+                np.testing.assert_allclose(image.total_length / scale, path.total_length, rtol)
 
     def test_plan_is_as_good_as_the_candidate_it_is_given(self):
         goal = many_goals(1000, seed=2)
@@ -265,13 +340,35 @@ class TestDubins:
         image = dubins.length(np.array(goal) * MIRROR, radius)
         np.testing.assert_allclose(image, forth, rtol=1e-9, atol=1e-9)
 
+    def test_finds_curves_of_two_turns(self):
+        """The last goals of a straight between opposite turns: rounding must not lose them."""
+        turns = np.random.default_rng(7).uniform(0.05, 1.5, (1000, 2))
+        path = ArcPath(np.zeros(3), [5.0, -5.0], 0.2 * turns)
+        np.testing.assert_allclose(dubins.length(path.end, 0.2), path.total_length)
+
+    def test_does_not_take_a_rounding_error_for_a_full_turn(self):
+        rng = np.random.default_rng(8)
+        length = rng.uniform(0, 1, (5000, 3)) * 10 ** rng.uniform(-8, 0, (5000, 1))
+        length[rng.random((5000, 3)) < 0.3] = 0
+        for bends in ([5.0, 0.0, 5.0], [-5.0, 0.0, 5.0], [5.0, -5.0, 5.0]):
+            path = ArcPath(np.zeros(3), bends, length)
+            found = dubins.shortest(path.end, 0.2)
+            assert (found.total_length <= path.total_length + 1e-9).all()
+            assert pose_error(found.end, path.end).max() < 1e-12
+
+    @given(goals, radii, scales)
+    @settings(max_examples=100, deadline=None)
+    def test_scales(self, goal, radius, scale):
+        larger = dubins.length(np.array(goal) * [scale, scale, 1.0], radius * scale)
+        np.testing.assert_allclose(larger / scale, dubins.length(goal, radius), atol=1e-9)
+
     def test_three_turns_win_near_the_start(self):
         path = dubins.shortest(many_goals(20_000, seed=4) * [0.3, 0.3, 1], 0.2)
         assert (path.curvature[:, 1] != 0).mean() > 0.1
 
     def test_easy_goals(self):
+        assert dubins.length([[0.0, 0.0, 0.0], [0.0, 0.0, 2 * np.pi]], 0.2).tolist() == [0.0, 0.0]
         for goal, length in (
-            ((0.0, 0.0, 0.0), 0.0),
             ((0.0, -1.0, 0.0), 1.0),
             ((0.4, 0.0, np.pi), 0.2 * np.pi),
             ((-0.2, -0.2, -np.pi / 2), 0.1 * np.pi),
@@ -319,6 +416,9 @@ class TestPushing:
     def test_mirror_image(self, curvature, u, w):
         speed, image = (pushing.normal_speeds(s * u, s * curvature, 0.1) for s in (1, -1))
         assert speed == image
+        rho = 1 / curvature if curvature else np.inf
+        speed, image = (pushing.speeds((s * u, w), (s * rho, 0), (0, 0), 0.1) for s in (1, -1))
+        assert speed == image
         course, image = (
             pushing.directions((s * u, w), (0.0, 0.0, 0.0), s * curvature) for s in (1, -1)
         )
@@ -331,9 +431,33 @@ class TestPushing:
         large = pushing.speeds(points, [1e9, 0.0], [0.0, 0.0], 0.1)
         np.testing.assert_allclose(large, straight, rtol=1e-8)
 
-    def test_refuses_a_pivot_in_the_vessels_centre(self):
+    @given(curvatures, st.floats(-0.3, 0.3), st.floats(0.0, 0.2), scales)
+    @settings(max_examples=50, deadline=None)
+    def test_scales(self, curvature, u, w, scale):
+        rho = 1 / curvature if curvature else np.inf
+        speed, larger = (
+            pushing.speeds((s * u, s * w), (s * rho, 0.0), (0.0, 0.0), 0.1) for s in (1, scale)
+        )
+        np.testing.assert_allclose(larger, speed)
+        normal, larger = (pushing.normal_speeds(s * u, curvature / s, 0.1) for s in (1, scale))
+        np.testing.assert_allclose(larger, normal, atol=1e-15)
+
+    def test_boats_pull_nowhere_if_and_only_if_the_radius_is_half_the_length(self):
+        u = np.linspace(-0.2, 0.2, 9)
+        assert (pushing.normal_speeds(u, 1 / np.array([[0.2], [-0.2], [0.3]]), 0.1) >= 0).all()
+        assert (pushing.normal_speeds(u, 1 / np.array([[0.19], [-0.19]]), 0.1) < 0).any(-1).all()
+
+    def test_refuses_bad_input(self):
         with pytest.raises(ValueError, match="radius"):
             pushing.speeds([0.1, 0.1], [0.0, 0.0], [0.0, 0.0], 0.1)
+        with pytest.raises(ValueError, match="points"):
+            pushing.speeds([0.1, 0.1, 0.0], [1.0, 0.0], [0.0, 0.0], 0.1)
+        with pytest.raises(ValueError, match="centre"):
+            pushing.speeds([0.1, 0.1], [np.nan, 0.0], [0.0, 0.0], 0.1)
+        with pytest.raises(ValueError, match="vessel_pose"):
+            pushing.directions([0.1, 0.1], [0.0, 0.0], 1.0)
+        with pytest.raises(ValueError, match="curvature"):
+            pushing.normal_speeds(0.1, np.inf, 0.1)
 
 
 def spiral_length_by_quadrature(theta0, sigma):
@@ -362,6 +486,16 @@ class TestSpiral:
         np.testing.assert_allclose(spiral.arc_length(1.0, 2.0, 1e-300), 3.0)
         archimedean = (np.hypot(1, 2) + np.arcsinh(2) / 2) / 2
         np.testing.assert_allclose(spiral.arc_length(1.0, 2.0, 1e300), archimedean)
+        theta0 = 10.0 ** np.arange(-300, -4)
+        near = spiral.arc_length(1.0, theta0, np.array([[0.1], [1.0], [1e6]]))
+        np.testing.assert_allclose(near - 1, np.broadcast_to(theta0**2 / 6, near.shape), atol=1e-14)
+
+    @given(st.floats(0.0, np.pi), st.floats(0.1, 10.0), scales)
+    @settings(max_examples=50, deadline=None)
+    def test_scales(self, theta0, sigma, scale):
+        for function in (spiral.arc_length, spiral.asymptotic_radius):
+            larger = function(scale * 0.7, theta0, sigma)
+            np.testing.assert_allclose(larger, scale * function(0.7, theta0, sigma))
 
     @given(angles, st.floats(0.2, 5.0))
     @settings(max_examples=100, deadline=None)
@@ -403,6 +537,12 @@ class TestSpiral:
             spiral.arc_length(-1.0, 0.5, 1.0)
         with pytest.raises(ValueError, match="theta0"):
             spiral.arc_length(1.0, np.nan, 1.0)
+        with pytest.raises(TypeError, match="sigma"):
+            spiral.bearing_offset(1.0, "wide")
+        with pytest.raises(ValueError, match="length"):
+            spiral.approach_speed(-1.0, 1.0)
+        with pytest.raises(ValueError, match="max_speed"):
+            spiral.approach_speed(1.0, 1.0, max_speed=np.nan)
         with pytest.raises(ValueError, match="min_time"):
             spiral.approach_speed(1.0, 1.0, min_time=0.0)
         with pytest.raises(ValueError, match="exceeds"):
@@ -425,6 +565,8 @@ class TestBrownian:
         np.testing.assert_allclose(abs(dr) + 0.7 * abs(dalpha), 0.2)
         image_dr, image_dalpha = brownian.drift(0.7, np.pi - alpha, 1 - sense, 0.2, sigma)
         np.testing.assert_allclose([image_dr, -image_dalpha], [dr, dalpha], atol=1e-14)
+        larger_dr, larger_dalpha = brownian.drift(7.0, alpha, sense, 2.0, sigma)
+        np.testing.assert_allclose([larger_dr, larger_dalpha], [10 * dr, dalpha], atol=1e-14)
 
     def test_unit_speed_arrives_on_time_for_sigma_1(self):
         times, r, _ = self.swarm(duration=12.0, unit_speed=True)
@@ -449,6 +591,8 @@ class TestBrownian:
     def test_refuses_bad_input(self):
         with pytest.raises(ValueError, match="r must"):
             brownian.drift(0.0, 0.0, 1, 0.1, 1.0)
+        with pytest.raises(ValueError, match="direction"):
+            brownian.drift(1.0, 0.0, 2, 0.1, 1.0)
         with pytest.raises(ValueError, match="noise"):
             self.swarm(duration=1.0, noise_r=-1.0)
         with pytest.raises(ValueError, match="duration"):
@@ -456,6 +600,23 @@ class TestBrownian:
 
 
 class TestSteeringLaw:
+    @pytest.mark.parametrize("gain", [5.0, 20.0])
+    def test_pure_rotation_drifts_outwards(self, gain):
+        """r^2 = r0^2 + 2 S^2 t / K after the heading has settled; a unit track, so K = 2 beta."""
+        speed = 0.1
+
+        def rates(_, pose):
+            x, y, heading = pose
+            alpha = np.arctan2(y, x)
+            left, right = braitenberg.wheel_speeds(heading, alpha, 1, np.pi / 2, speed, gain / 2)
+            return speed * np.cos(heading), speed * np.sin(heading), right - left
+
+        solution = solve_ivp(
+            rates, (0, 100), (1.0, 0.0, np.pi / 2), rtol=1e-9, atol=1e-9, t_eval=[20, 100]
+        )
+        growth = np.diff((solution.y[:2] ** 2).sum(axis=0))
+        np.testing.assert_allclose(growth, 2 * speed**2 * 80 / gain, rtol=2e-3)
+
     @given(angles, st.floats(0.0, np.pi / 2), st.sampled_from([0, 1]), angles)
     @settings(max_examples=100, deadline=None)
     def test_mirror_image_swaps_the_wheels(self, alpha, phi, sense, heading):
@@ -486,3 +647,78 @@ class TestSteeringLaw:
             braitenberg.wheel_speeds(0.0, 0.0, 1, 0.5, 0.1, -0.05)
         with pytest.raises(ValueError, match="direction"):
             braitenberg.desired_heading(0.0, 2, 0.5)
+
+
+CALLS = {
+    spiral.angular_distance: (0.3, 2.0),
+    spiral.bearing_offset: (0.3, 1.0),
+    spiral.exact_bearing_offset: (0.3, 1.0),
+    spiral.asymptotic_radius: (0.5, 1.0, 1.0),
+    spiral.arc_length: (0.5, 1.0, 1.0),
+    spiral.approach_speed: (0.5, 10.0, 0.02, 0.2, 0.01, 0.5),
+    brownian.drift: (0.5, 0.3, 1, 0.1, 1.0),
+    braitenberg.desired_heading: (0.3, 1, 0.4),
+    braitenberg.wheel_speeds: (0.3, 0.2, 1, 0.4, 0.1, 0.05),
+    pushing.normal_speeds: (0.1, 2.0, 0.1),
+}
+GOAL, CENTRE, POINT = [0.5, -1.0, 0.3], [1.0, 0.0], [0.1, 0.2]
+ROW_CALLS = {
+    dubins.length: (GOAL, 0.2),
+    pushing.speeds: (POINT, CENTRE, [0.0, 0.0], 0.1),
+    pushing.directions: (POINT, GOAL, 0.5),
+    lambda goal, alpha1: two_arc.plan(goal, alpha1).total_length: (GOAL, 0.5),
+    lambda goal, radius: two_arc.shortest(goal, radius).total_length: (GOAL, 0.2),
+    lambda start, bend, way, s: ArcPath(start, bend, way).curvature_at(s): (
+        GOAL,
+        [1.0],
+        [1.0],
+        0.5,
+    ),
+}
+
+
+def results(function, arguments):
+    """Results of a call, always as a tuple."""
+    result = function(*arguments)
+    return result if isinstance(result, tuple) else (result,)
+
+
+@pytest.mark.parametrize(("function", "arguments"), [*CALLS.items(), *ROW_CALLS.items()])
+def test_leading_axes_are_free(function, arguments):
+    """Numbers give numbers; arrays and lists, of one argument or of all, give arrays."""
+    single = results(function, arguments)
+    assert all(isinstance(number, float) for number in single)
+    for lead in ((4,), (2, 3), (0,), (1, 1, 1)):
+        full = [np.broadcast_to(a, lead + np.shape(a)) for a in arguments]
+        mixes = [full, [a.tolist() for a in full]] if 0 not in lead else [full]
+        mixes += [
+            [full[i] if i == k else a for i, a in enumerate(arguments)]
+            for k in range(len(arguments))
+        ]
+        for mix in mixes:
+            for array, number in zip(results(function, mix), single, strict=True):
+                assert array.dtype == np.float64
+                np.testing.assert_array_equal(array, np.full(lead, number), strict=True)
+
+
+@pytest.mark.parametrize(("function", "arguments"), [*CALLS.items(), *ROW_CALLS.items()])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, "far"])
+def test_bad_numbers_are_refused_and_named(function, arguments, bad):
+    for k in range(len(arguments)):
+        if bad == np.inf and (function, k) in {(spiral.approach_speed, 3), (pushing.speeds, 1)}:
+            continue
+        spoilt = [np.full(np.shape(a), bad)[()] if i == k else a for i, a in enumerate(arguments)]
+        with pytest.raises((ValueError, TypeError), match=r"must|exceeds"):
+            function(*spoilt)
+
+
+def test_results_of_a_path_are_of_the_expected_types():
+    path = two_arc.shortest(GOAL, 0.2)
+    assert isinstance(path.total_length, float)
+    assert isinstance(path.segment_at(0.3), np.integer)
+    assert isinstance(two_arc.feasible(path, 0.2), np.bool_)
+    assert (
+        path.end.shape == path.pose_at(0.3).shape == path.pose_at(path.total_length).shape == (3,)
+    )
+    assert (path.joints.shape, path.centres.shape) == ((3, 3), (2, 2))
+    assert dubins.shortest(GOAL, 0.2).length.shape == (3,)

@@ -1,0 +1,68 @@
+"""Checks of numbers and arrays that a caller hands in: errors name the value and the remedy."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from asv_env.types import Float
+
+
+def finite(name: str, value: ArrayLike) -> Float:
+    """Return `value` as float64 array; ValueError if an element is NaN or infinite."""
+    array = numbers(name, value)
+    if not np.isfinite(array).all():
+        bad = array[~np.isfinite(array)][0]
+        raise ValueError(f"{name} must be finite, got {bad}: replace NaN and infinity")
+    return array
+
+
+def positive(name: str, value: ArrayLike) -> Float:
+    """Return `value` as float64 array; ValueError unless every element is finite and > 0."""
+    array = finite(name, value)
+    if (array <= 0).any():
+        bad = array[array <= 0][0]
+        raise ValueError(f"{name} must be positive, got {bad}: use a value above 0")
+    return array
+
+
+def not_negative(name: str, value: ArrayLike) -> Float:
+    """Return `value` as float64 array; ValueError unless every element is finite and >= 0."""
+    array = finite(name, value)
+    if (array < 0).any():
+        bad = array[array < 0][0]
+        raise ValueError(f"{name} must not be negative, got {bad}: use 0 or a value above it")
+    return array
+
+
+def finite_points(name: str, value: ArrayLike) -> Float:
+    """Return `value` as finite points (..., 2): x, y in m."""
+    return _rows(name, finite(name, value), "x, y")
+
+
+def finite_poses(name: str, value: ArrayLike) -> Float:
+    """Return `value` as finite poses (..., 3): x, y in m, heading in rad."""
+    return _rows(name, finite(name, value), "x, y, heading")
+
+
+def senses(name: str, value: ArrayLike) -> NDArray[np.int_]:
+    """Return senses D as integers; ValueError unless each is 0 or 1."""
+    array = numbers(name, value)
+    if not np.isin(array, (0, 1)).all():
+        raise ValueError(f"{name} must be 0 (clockwise) or 1 (counter-clockwise), got {value!r}")
+    return array.astype(np.int_)
+
+
+def numbers(name: str, value: ArrayLike) -> Float:
+    """Return `value` as float64 array, NaN and infinity included; TypeError if it is none."""
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{name} must be real numbers in a regular array: {error}") from error
+
+
+def _rows(name: str, array: Float, columns: str) -> Float:
+    size = columns.count(",") + 1
+    if array.shape[-1:] != (size,):
+        raise ValueError(f"{name} must have shape (..., {size}) as {columns}, got {array.shape}")
+    return array
