@@ -144,6 +144,10 @@ def holding(relations: Relations, task: TaskParams) -> Bool:
         relations: of the motion.
         task: with the tolerances ``slot_distance``, ``slot_angle`` and ``slot_speed``.
     """
-    near = relations.slot_error < task.slot_distance
+    return (relations.slot_error < task.slot_distance) & at_rest(relations, task)
+
+
+def at_rest(relations: Relations, task: TaskParams) -> Bool:
+    """(W, A) whether each boat is at rest on the water beside the hull and faces across it."""
     faces = relations.alignment.real > math.cos(task.slot_angle)
-    return near & faces & (np.abs(relations.slip) < task.slot_speed)
+    return faces & (np.abs(relations.slip) < task.slot_speed)

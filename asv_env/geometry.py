@@ -38,6 +38,13 @@ def plane(array: Float, first: int = 0) -> Complex:
     return pair
 
 
+def mirrored(pose: Float, side: Float) -> Float:
+    """Poses (W, 3) or motions (W, B, 6), mirrored at the x axis where ``side`` (W,) is -1."""
+    signs = np.ones((len(side), pose.shape[-1]))
+    signs[:, 1:3] = signs[:, 4:] = side[:, None]
+    return pose * (signs if pose.ndim == 2 else signs[:, None])
+
+
 def rectangle(length: float, width: float) -> list[tuple[float, float]]:
     """Corners of a rectangle round the origin, counter-clockwise, m."""
     x, y = length / 2, width / 2

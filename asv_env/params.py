@@ -242,8 +242,10 @@ class SensorParams:
         heading_noise: rad.
         speed_noise: m/s, each of vx and vy.
         yaw_rate_noise: rad/s.
-        acceleration: m/s^2 that the filter expects of a hull.
-        yaw_acceleration: rad/s^2 that the filter expects.
+        acceleration: m/s^2 and
+        yaw_acceleration: rad/s^2 that the filter expects of a boat.
+        vessel_acceleration: m/s^2 and
+        vessel_yaw_acceleration: rad/s^2 that it expects of the vessel.
     """
 
     position_noise: float = 0.0
@@ -252,10 +254,13 @@ class SensorParams:
     yaw_rate_noise: float = 0.0
     acceleration: float = 0.05
     yaw_acceleration: float = 0.5
+    vessel_acceleration: float = 0.02
+    vessel_yaw_acceleration: float = 0.05
 
     def __post_init__(self) -> None:
         check_numbers(self, "position_noise heading_noise speed_noise yaw_rate_noise", 0.0)
         check_numbers(self, "acceleration yaw_acceleration", TINY)
+        check_numbers(self, "vessel_acceleration vessel_yaw_acceleration", TINY)
 
     @property
     def exact(self) -> bool:

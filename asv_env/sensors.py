@@ -1,8 +1,8 @@
 """What the boats measure: the true motion with white noise, and a filtered estimate of it.
 
 The team shares one measurement, as the paper's boats share one motion-capture system. The
-filter is a steady-state Kalman filter on each axis: velocities as random walks driven by the
-accelerations expected of a hull, poses carried on by the filtered velocities.
+filter is the steady-state Kalman filter of each axis, a pose and its rate, of a hull that is
+accelerated at random by as much as can be expected of it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.linalg import solve_discrete_are
 
 from asv_env.geometry import wrap
 from asv_env.params import EnvParams
@@ -17,6 +18,8 @@ from asv_env.types import Float
 
 BLOCK = 64
 """Ticks of noise drawn from a world's Generator at a time."""
+NO_NOISE = 1e-9
+"""Stands for exact measurement of one axis in the filter of the others."""
 
 
 class Sensors:
@@ -34,10 +37,10 @@ class Sensors:
         self._noise = np.array(
             [p.position_noise] * 2 + [p.heading_noise] + [p.speed_noise] * 2 + [p.yaw_rate_noise]
         )
-        expected = np.array([p.acceleration] * 2 + [p.yaw_acceleration]) * self._dt
-        self._velocity_gain = steady_gain(expected, self._noise[3:])
-        drift = self._dt * (np.sqrt(self._velocity_gain) * self._noise[3:] + expected / 2)
-        self._pose_gain = steady_gain(drift, self._noise[:3])
+        if not self._exact:
+            vessel = self._axes_gain(p.vessel_acceleration, p.vessel_yaw_acceleration)
+            boat = self._axes_gain(p.acceleration, p.yaw_acceleration)
+            self._gain = np.stack([vessel] + [boat] * params.num_boats, axis=2)
         shape = (num_worlds, 1 + params.num_boats, 6)
         self.measured: Float = np.zeros(shape)
         self.estimate: Float = np.zeros(shape)
@@ -68,14 +71,31 @@ class Sensors:
             self.measured = self.estimate = motion
             return
         self.measured = self._noisy(np.arange(len(motion)), motion)
-        k, previous = self._velocity_gain, self.estimate
-        velocity = (1 - k) * previous[..., 3:] + k * self.measured[..., 3:]
-        predicted = previous[..., :3] + self._dt * velocity
-        innovation = self.measured[..., :3] - predicted
-        innovation[..., 2] = wrap(innovation[..., 2])
-        pose = predicted + self._pose_gain * innovation
+        pose, rate = self.estimate[..., :3], self.estimate[..., 3:]
+        pose = pose + self._dt * rate
+        pose_lacks = self.measured[..., :3] - pose
+        pose_lacks[..., 2] = wrap(pose_lacks[..., 2])
+        rate_lacks = self.measured[..., 3:] - rate
+        (from_pose, from_rate), (to_rate, own) = self._gain
+        pose = pose + from_pose * pose_lacks + from_rate * rate_lacks
         pose[..., 2] = wrap(pose[..., 2])
-        self.estimate = np.concatenate([pose, velocity], axis=-1)
+        rate = rate + to_rate * pose_lacks + own * rate_lacks
+        self.estimate = np.concatenate([pose, rate], axis=-1)
+
+    def _axes_gain(self, acceleration: float, yaw_acceleration: float) -> Float:
+        """Filter gain (2, 2, 3) of one hull's axes x, y and heading."""
+        return np.stack(
+            [
+                steady_gain(expected, pose_noise, rate_noise, self._dt)
+                for expected, pose_noise, rate_noise in zip(
+                    (acceleration, acceleration, yaw_acceleration),
+                    self._noise[:3],
+                    self._noise[3:],
+                    strict=True,
+                )
+            ],
+            axis=-1,
+        )
 
     def _noisy(self, index: np.ndarray, motion: Float) -> Float:
         if self._exact:
@@ -89,17 +109,21 @@ class Sensors:
         return noisy
 
 
-def steady_gain(drift: Float, noise: Float) -> Float:
-    """Gain of the steady-state scalar Kalman filter of a random walk.
+def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: float) -> Float:
+    """Gain of the steady-state Kalman filter of a pose and its rate, both measured.
 
     Args:
-        drift: standard deviation of the walk's step.
-        noise: standard deviation of the measurement.
+        acceleration: standard deviation of its mean over a tick, white noise.
+        pose_noise: standard deviation of the measured pose.
+        rate_noise: standard deviation of the measured rate.
+        dt: s, a tick.
 
     Returns:
-        p / (p + r) with p the positive root of p^2 - q p - q r = 0, q and r the variances;
-        1 where there is no noise.
+        (2, 2) what (pose, rate) take of the innovations of (pose, rate).
     """
-    q, r = drift**2, noise**2
-    p = (q + np.sqrt(q**2 + 4 * q * r)) / 2
-    return p / (p + r)
+    transition = np.array([[1.0, dt], [0.0, 1.0]])
+    measured = np.diag(np.square(np.maximum([pose_noise, rate_noise], NO_NOISE)))
+    drift = (acceleration * dt) ** 2 * np.array([[dt**2 / 3, dt / 2], [dt / 2, 1.0]])
+    predicted = solve_discrete_are(transition.T, np.eye(2), drift, measured)
+    gain: Float = np.linalg.solve(predicted + measured, predicted).T
+    return gain

@@ -263,25 +263,35 @@ class Simulation:
         state.held = (state.held + 1) * all_hold
 
     def _change_roles(self) -> None:
-        """Failures and the anchoring of goals, which take effect from the next step on."""
-        state = self.state
-        if not self._roles_may_change:
+        """Failures, swapped slots and the anchoring of goals; from the next step on."""
+        state, swaps = self.state, self._swapped()
+        if not (self._roles_may_change or swaps.any()):
             return
         fails = self._failure_tick == state.tick[:, None]
         anchors = state.closed & ~state.anchored
-        changed = np.flatnonzero(fails.any(axis=1) | anchors)
+        changed = np.flatnonzero(fails.any(axis=1) | anchors | swaps)
         if not len(changed):
             return
         self.state = state = copied(state)
         state.working &= ~fails
         for world in map(int, changed):
-            if fails[world].any():
+            if fails[world].any() or swaps[world]:
                 self._assign(world)
             if anchors[world]:
                 state.goal[world] = _anchored(self._relative_goal[world], state.motion[world, 0])
         state.anchored |= anchors
         self._restart(changed)
         metrics.restart_errors(self._tally, self.relations, np.flatnonzero(anchors))
+
+    def _swapped(self) -> Bool:
+        """(W,) worlds not closed whose boats all face the hull at rest, some off their slots.
+
+        The vessel is grasped whoever is in which slot, so they are assigned anew.
+        """
+        state, still = self.state, formation.at_rest(self.relations, self.params.task)
+        everyone = np.logical_and.reduce(still | ~state.working, axis=1)
+        swapped: Bool = everyone & ~state.closed
+        return swapped
 
     def _restart(self, index: np.ndarray) -> None:
         """What depends on slots and goals, in worlds where they are new.

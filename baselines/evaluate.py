@@ -23,12 +23,14 @@ from asv_env.params import TASKS, EnvParams
 from asv_env.presets import PRESETS, SCENARIOS, make_params
 from baselines import episodes, film, trajectories
 from baselines.episodes import Episode, Track
+from baselines.paper import PaperPolicy
 from baselines.policy import Idle, Policy, Random
 from baselines.scripted import ScriptedPolicy
 
 PAPER_GOAL = (0.55, -0.95, 0.1)
 POLICIES: dict[str, Callable[[EnvParams], Policy]] = {
     "scripted": ScriptedPolicy,
+    "paper": PaperPolicy,
     "idle": Idle,
     "random": Random,
 }

@@ -18,8 +18,9 @@ import numpy as np
 
 from asv_env import tracking
 from asv_env.formation import relate
+from asv_env.geometry import mirrored
 from asv_env.params import EnvParams
-from asv_env.types import Action, Bool, Float, Observation, Sensed
+from asv_env.types import Action, Bool, Observation, Sensed
 from baselines.conveying import Conveying, PushGains, PushMemory
 from baselines.grasping import GraspGains, Grasping, GraspMemory
 
@@ -73,7 +74,7 @@ class ScriptedPolicy:
         flip = np.where(sensed.side < 0, -1.0, 1.0)
         slot = sensed.slot.real + 1j * sensed.slot.imag * flip[:, None]
         relations = relate(
-            _mirrored(sensed.estimate, flip), _mirrored(sensed.goal, flip), slot, np.ones(len(flip))
+            mirrored(sensed.estimate, flip), mirrored(sensed.goal, flip), slot, np.ones(len(flip))
         )
 
         if memory is None:
@@ -95,10 +96,3 @@ class ScriptedPolicy:
         wanted[..., 1] *= flip[:, None]
         action = np.clip(wanted / tracking.SCALE, -1.0, 1.0)
         return action.astype(np.float32), memory
-
-
-def _mirrored(pose: Float, flip: Float) -> Float:
-    """Poses (W, 3) or motions (W, B, 6), mirrored at the x axis where ``flip`` (W,) is -1."""
-    signs = np.ones((len(flip), pose.shape[-1]))
-    signs[:, 1:3] = signs[:, 4:] = flip[:, None]
-    return pose * (signs if pose.ndim == 2 else signs[:, None])

@@ -92,7 +92,7 @@ POSITIVE = {
     "boat": "length width mass inertia bow thrust lever_arm lag",
     "vessel": "length width mass inertia",
     "water": "gyre_size walls",
-    "sensors": "acceleration yaw_acceleration",
+    "sensors": "acceleration yaw_acceleration vessel_acceleration vessel_yaw_acceleration",
     "clock": "physics sensing control",
     "task_params": "arena time_limit position_tolerance heading_tolerance speed_tolerance "
     "yaw_rate_tolerance slot_distance slot_angle slot_speed",
