@@ -1,8 +1,9 @@
-"""The paper's controller in two phases, for all worlds at once.
+"""The paper's controller in two phases, made strong, for all worlds at once.
 
 Approach: every boat spirals to its slot and waits there until the vessel is in conditional
-closure (``grasping``). Push: two circular arcs lead to the goal, and the boats carry the vessel
-along them (``conveying``). When closure is lost, the boats approach again.
+closure (``grasping``). Push: arcs lead to the goal, and the boats carry the vessel along them
+(``conveying``). When the grasp is lost, the boats approach again. All the while they estimate
+how the vessel moves, and where the water carries it (``observer``).
 
 Everything a boat does follows from the measurement that the team shares and from its own slot,
 so that each boat can compute its own part. Where the team pushes from the vessel's -n side, the
@@ -12,17 +13,22 @@ world is mirrored first.
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asv_env import tracking
-from asv_env.formation import relate
+from asv_env.formation import Relations, relate
 from asv_env.geometry import mirrored
 from asv_env.params import EnvParams
-from asv_env.types import Action, Bool, Observation, Sensed
+from asv_env.types import Action, Bool, Float, Observation, Sensed
 from baselines.conveying import Conveying, PushGains, PushMemory
 from baselines.grasping import GraspGains, Grasping, GraspMemory
+from baselines.observer import Observer, VesselMemory
+from baselines.steering import Tolerances
+
+GRASP = 0.3
+"""Distance of a boat to its slot beyond which the grasp is lost, lengths of the vessel."""
 
 
 @dataclass
@@ -31,11 +37,13 @@ class Memory:
 
     Attributes:
         pushing: (W,) whether the push has begun.
+        vessel: what is known of the vessel.
         grasp: of the approach.
         push: of the push.
     """
 
     pushing: Bool
+    vessel: VesselMemory
     grasp: GraspMemory
     push: PushMemory
 
@@ -47,6 +55,7 @@ class ScriptedPolicy:
         params: of the environment; ``action_mode`` must be "tracking".
         grasp: gains of the approach.
         push: gains of the push.
+        tolerances: of the vessel on its path.
 
     Raises:
         ValueError: the environment takes thruster actions.
@@ -57,6 +66,7 @@ class ScriptedPolicy:
         params: EnvParams,
         grasp: GraspGains = GraspGains(),  # noqa: B008 (frozen)
         push: PushGains = PushGains(),  # noqa: B008
+        tolerances: Tolerances = Tolerances(),  # noqa: B008
     ) -> None:
         if params.action_mode != "tracking":
             raise ValueError(
@@ -64,35 +74,63 @@ class ScriptedPolicy:
                 "'tracking', forward speed and yaw rate; make the environment with it"
             )
         self._pushes = params.task.name != "approach"
+        self._loose = GRASP * params.vessel.length
+        self._observer = Observer(params)
         self._grasping = Grasping(params, grasp)
-        self._conveying = Conveying(params, push)
+        self._conveying = Conveying(params, push, tolerances)
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
-        flip = np.where(sensed.side < 0, -1.0, 1.0)
-        slot = sensed.slot.real + 1j * sensed.slot.imag * flip[:, None]
-        relations = relate(
-            mirrored(sensed.estimate, flip), mirrored(sensed.goal, flip), slot, np.ones(len(flip))
-        )
-
+        side = np.where(sensed.side < 0, -1.0, 1.0)
+        sensed = _seen_from(sensed, side)
         if memory is None:
-            fresh = np.ones(len(flip), dtype=np.bool_)
-            memory = Memory(
-                ~fresh, self._grasping.fresh(*slot.shape), self._conveying.fresh(len(flip))
-            )
+            fresh, memory = np.ones_like(fresh), self._blank(*sensed.slot.shape)
         memory = deepcopy(memory)
-        pushing = sensed.closed & self._pushes
-        approaches = fresh | (memory.pushing & ~pushing)
-        pushes = pushing & (fresh | ~memory.pushing)
-        memory.pushing = pushing
-        self._grasping.begin(relations, slot, sensed, memory.grasp, approaches)
-        self._conveying.begin(relations, memory.push, pushes)
+        self._observer.update(sensed, memory.vessel)
+        self._observer.begin(sensed, memory.vessel, fresh)
+        motion = sensed.estimate.copy()
+        motion[:, 0] = memory.vessel.motion
+        relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
-        approach = self._grasping.steer(relations, slot, sensed, memory.grasp)
-        push = self._conveying.steer(relations, slot, memory.push)
+        pushing = self._grasped(relations, sensed, memory.pushing & ~fresh) & self._pushes
+        approaches = ~pushing & (fresh | memory.pushing)
+        pushes = pushing & (fresh | ~memory.pushing | memory.push.missed)
+        memory.pushing = pushing
+        drift = memory.vessel.drift
+        self._grasping.begin(relations, sensed.slot, sensed, memory.grasp, approaches)
+        self._conveying.begin(relations, drift, memory.push, pushes)
+
+        approach = self._grasping.steer(relations, sensed.slot, sensed, memory.grasp)
+        push, wrench = self._conveying.steer(relations, sensed.slot, drift, memory.push)
+        force = wrench.along - 1j * wrench.ahead.sum(axis=1)
+        self._observer.expect(memory.vessel, pushing * force, pushing * wrench.moment)
         wanted = np.where(pushing[:, None, None], push, approach)
-        wanted[..., 1] *= flip[:, None]
+        wanted[..., 1] *= side[:, None]
         action = np.clip(wanted / tracking.SCALE, -1.0, 1.0)
         return action.astype(np.float32), memory
+
+    def _blank(self, worlds: int, team: int) -> Memory:
+        return Memory(
+            pushing=np.zeros(worlds, dtype=np.bool_),
+            vessel=self._observer.fresh(worlds),
+            grasp=self._grasping.fresh(worlds, team),
+            push=self._conveying.fresh(worlds),
+        )
+
+    def _grasped(self, relations: Relations, sensed: Sensed, pushing: Bool) -> Bool:
+        """(W,) whether the team can push: from closure on, until a boat is far from its slot."""
+        at_hand = (relations.slot_error < self._loose) | ~sensed.working
+        return sensed.closed | (pushing & at_hand.all(axis=1))
+
+
+def _seen_from(sensed: Sensed, side: Float) -> Sensed:
+    """What is sensed, as if the team pushed from the +n side."""
+    return replace(
+        sensed,
+        measured=mirrored(sensed.measured, side),
+        estimate=mirrored(sensed.estimate, side),
+        goal=mirrored(sensed.goal, side),
+        slot=sensed.slot.real + 1j * sensed.slot.imag * side[:, None],
+    )
