@@ -53,10 +53,10 @@ class PushGains:
         missed: way beyond the goal, lengths of the vessel, after which a new path is planned, and
         astray: offset from the path at which one is.
         pull: force for the speed that the vessel lacks, per mass, 1/s.
-        least_force: that boats at the side may always use for the moment, each, N.
-        most_force: along the hull, N.
-        contact: least force of a boat at the side, N, and
-        grip: of one at an end on the hull, N.
+        spare: force that boats at the side may always use for the moment, and
+        contact: that they exert at least, all together, in parts of the drag at ``speed``.
+        most_force: of the boats at the ends along the hull, N, and
+        grip: of each on it, at least, N.
         spread: of the boats at the side, relative to their slots.
         closing: speed for a gap to the hull, 1/s.
         turning: yaw rate for a heading error, 1/s.
@@ -67,25 +67,26 @@ class PushGains:
 
     radius: float = 3.8
     tightest: float = 0.56
-    tight: float = 0.7
+    tight: float = 0.516
     runout: float = 0.36
     short: float = 0.8
     speed: float = 0.069
     braking: float = 0.38
-    passing: float = 0.008
+    passing: float = 0.00722
     missed: float = 0.1
     astray: float = 0.75
     pull: float = 1.1
-    least_force: float = 7e-3
+    spare: float = 1.04
     most_force: float = 5.6e-3
-    contact: float = 1e-3
+    contact: float = 0.145
     grip: float = 7e-4
     spread: float = 1.2
     closing: float = 0.2
     turning: float = 4.0
-    sideways: float = 0.4
-    steer: float = 2.0
-    skid: float = 1.35
+    sideways: float = 0.234
+    steer: float = 2.23
+    skid: float = 1.21
+    lean: float = 0.4
 
 
 @dataclass
@@ -130,6 +131,8 @@ class Conveying:
         self._gains = gains
         if params.num_boats < SMALLEST_CAGE:
             tolerances = replace(tolerances, force=0.0)
+        across, speed = self._vessel.sway, gains.speed
+        self._cruising_drag = (across[0] + across[1] * speed) * speed
         self._steering = PreviewSteering(self._vessel, tolerances)
         way = np.linspace(0.0, 100 * self._vessel.length, 5000)
         slowness = 1.0 / self._speed(way)
@@ -203,7 +206,7 @@ class Conveying:
         wrench = self._wrench(relations, places, caging, drift, memory)
         gap = places - relations.boat
         does, along = hull_velocity(relations, places)
-        at_side = self._at_side(gap, does, wrench.ahead)
+        at_side = self._at_side(gap, does, along, relations.yaw_rate[:, :1], wrench.ahead)
         at_end = self._at_end(relations, gap, does, along, wrench.along)
         speed, lead = np.where(caging, at_end, at_side)
         yaw_rate = relations.yaw_rate[:, :1] + self._gains.turning * turn_to(
@@ -234,7 +237,8 @@ class Conveying:
         drag *= np.where(wanted < gains.speed, 1 - gains.braking, 1.0)
         ahead = drag + gains.pull * vessel.total_mass * (wanted - speed)
         limit = gains.most_force
-        return self._shared(ahead, np.clip(along, -limit, limit), moment, places.real, caging)
+        along = np.clip(along, -limit, limit)
+        return self._shared(ahead, along, moment, places.real, caging)
 
     def _follow(
         self, relations: Relations, drift: Complex, speed: Float, memory: PushMemory
@@ -262,7 +266,9 @@ class Conveying:
         curvature = np.where(ahead < total[:, None], curvature, 0.0)
         return offset.real, turned, total - reached, curvature
 
-    def _shared(self, ahead: Float, along: Float, moment: Float, u: Float, caging: Bool) -> Wrench:
+    def _shared(
+        self, ahead: Float, along: Float, moment: Float, u: Float, caging: Bool
+    ) -> Wrench:
         """Shares force ahead (W,) and moment (W,) out to the boats at the side (W, A).
 
         They can only push. The moment goes first: where it asks for more force than the way
@@ -273,17 +279,18 @@ class Conveying:
         pushers = np.maximum((~caging).sum(axis=1), 1)
         levers = np.maximum((lever**2).sum(axis=1), 1e-6)
         per_moment = pushers * np.maximum(np.abs(lever).max(axis=1), 1e-6) / levers
-        most = np.maximum(ahead, gains.least_force * pushers) / per_moment
+        most = np.maximum(ahead, gains.spare * self._cruising_drag) / per_moment
         moment = np.clip(moment, -most, most)
         force = np.maximum(np.maximum(ahead, 0.0), per_moment * np.abs(moment))
         each = (force / pushers)[:, None] - (moment / levers)[:, None] * lever
-        each = np.maximum(each, gains.contact)
+        contact = (gains.contact * self._cruising_drag / pushers)[:, None]
+        each = np.maximum(each, contact)
         falls_back = np.minimum(ahead / pushers, 0.0)[:, None]
-        each = np.where(falls_back < 0, each - gains.contact + falls_back, each)
+        each = np.where(falls_back < 0, each - contact + falls_back, each)
         each = np.where(caging, 0.0, each)
         return Wrench(each, along, -(each * lever).sum(axis=1))
 
-    def _at_side(self, gap: Complex, does: Float, force: Float) -> tuple[Float, Float]:
+    def _at_side(self, gap: Complex, does: Float, along: Float, yaw_rate: Float, force: Float) -> tuple[Float, Float]:
         """Speed and lead (W, A) of boats that push: the hull's own, and more by their force.
 
         The hull takes them along by friction, and if they leaned much they would push it
@@ -292,6 +299,11 @@ class Conveying:
         gains, boat = self._gains, self._boat
         stiffness = boat.total_mass * bandwidth(boat)  # of the speed loop on board
         lead = np.clip(gains.steer * gap.real, -LARGEST_LEAN, LARGEST_LEAN)
+        sway = boat.sway[0] + boat.sway[1] * np.abs(along)
+        surge = (boat.surge[0] + boat.surge[1] * np.abs(does)) * does
+        need = boat.total_mass * yaw_rate * does + sway * along
+        have = np.maximum(force, 0) + np.maximum(surge, 0) + sway * np.maximum(does, 0)
+        lead = lead + np.clip(gains.lean * need / np.maximum(have, 1e-3), -.6, .6)
         follow = does + gains.closing * np.maximum(-gap.imag, 0.0)
         return follow * np.cos(lead) + force / stiffness, lead
 

@@ -21,6 +21,8 @@ ACCELERATION = 0.01
 """Standard deviation of what the prediction misses, m/s^2, and
 ``YAW_ACCELERATION``, rad/s^2 for a vessel of 0.40 m."""
 YAW_ACCELERATION = 0.008
+FREE_ACCELERATION = 0.002
+"""The same for a vessel that no boat touches, m/s^2."""
 DRIFT_WALK = 0.001
 """Random walk that is expected of the current, m/s per root second."""
 NO_NOISE = 1e-6
@@ -63,7 +65,7 @@ class Observer:
         steered = self._gain(ACCELERATION, linear)
         turned = self._gain(YAW_ACCELERATION / scale, angular)
         self._gains = np.stack([steered, steered, turned], axis=-1)
-        self._drift_gain = self._gain(ACCELERATION, linear, decay)[2]
+        self._drift_gain = self._gain(FREE_ACCELERATION, linear, decay)[2]
 
     def _gain(self, acceleration: float, noise: list[float], decay: float | None = None) -> Float:
         """Steady gain (2, 2) of pose and rate, or (3, 2) with the drift that the rate decays to."""
@@ -95,11 +97,11 @@ class Observer:
         memory.drift[which] = 0.0
         memory.acceleration[which] = 0.0
 
-    def update(self, sensed: Sensed, memory: VesselMemory) -> None:
+    def update(self, sensed: Sensed, memory: VesselMemory, pushing: Bool) -> None:
         """Carries the estimate on by one tick and corrects it by the measurement.
 
-        The drift is learnt only where no boat touches the vessel: contact is modelled too
-        roughly to tell a current from it.
+        The drift is learnt only where the team does not push (``pushing``, (W,)) and no boat
+        touches the vessel: contact is modelled too roughly to tell a current from it.
         """
         dt, measured = self._dt, sensed.measured[:, 0]
         rate = memory.motion[:, 3:] + dt * memory.acceleration
@@ -112,7 +114,7 @@ class Observer:
         pose[:, 2] = wrap(pose[:, 2])
         rate = rate + to_rate * pose_lacks + rates * rate_lacks
         memory.motion = np.concatenate([pose, rate], axis=-1)
-        free = ~sensed.touching[..., 0].any(axis=1)
+        free = ~(pushing | sensed.touching[..., 0].any(axis=1))
         by_pose, by_rate = self._drift_gain
         learnt = by_pose * plane(pose_lacks) + by_rate * plane(rate_lacks)
         memory.drift = memory.drift + free * learnt

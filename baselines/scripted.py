@@ -88,7 +88,7 @@ class ScriptedPolicy:
         if memory is None:
             fresh, memory = np.ones_like(fresh), self._blank(*sensed.slot.shape)
         memory = deepcopy(memory)
-        self._observer.update(sensed, memory.vessel)
+        self._observer.update(sensed, memory.vessel, memory.pushing)
         self._observer.begin(sensed, memory.vessel, fresh)
         motion = sensed.estimate.copy()
         motion[:, 0] = memory.vessel.motion

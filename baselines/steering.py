@@ -44,7 +44,7 @@ class Tolerances:
     """
 
     offset: float = 0.03
-    turn: float = 0.06
+    turn: float = 0.066
     force: float = 4e-3
     moment: float = 4e-4
 

@@ -1,0 +1,169 @@
+"""The approach on the real physics: teams that grasp the vessel whatever disturbs them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from asv_env import Simulation, make_params
+from asv_env.formation import relate, slots
+from baselines.grasping import GraspGains, Grasping
+from baselines.scripted import ScriptedPolicy
+
+GAINS = GraspGains()
+
+
+def approach(params, seeds, seconds=None):
+    """Simulation after the approach, and when each world was first held for a second, s.
+
+    It ends after so many seconds, or else once all are held or at the time limit.
+    """
+    simulation = Simulation(params, len(seeds))
+    observation = simulation.reset(seeds=list(seeds))
+    policy, memory = ScriptedPolicy(params), None
+    fresh, held = np.ones(len(seeds), dtype=bool), np.full(len(seeds), np.inf)
+    hz = params.clock.control
+    for tick in range(int((seconds or params.task.time_limit) * hz) - 1):
+        action, memory = policy.act(simulation.sensed, observation, memory, fresh)
+        fresh = np.zeros(len(seeds), dtype=bool)
+        observation = simulation.step(action).observation
+        first = np.isinf(held) & (simulation.state.held >= hz)
+        held[first] = (tick + 1) / hz
+        if seconds is None and np.isfinite(held).all():
+            break
+    return simulation, held
+
+
+def lasting(scenario, num_boats=4, **options):
+    """Parameters of an approach in which no world ends before its time."""
+    return make_params("approach", num_boats, scenario, hold_time=1e3, arena=1e3, **options)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "num_boats", "share", "median"),
+    [
+        ("nominal", 2, 0.95, 25.0),
+        ("nominal", 4, 0.95, 28.0),
+        ("nominal", 10, 0.85, 40.0),
+        ("noisy", 4, 0.95, 28.0),
+        ("noisy", 8, 0.9, 40.0),
+        ("gyre", 4, 0.9, 65.0),
+        ("mismatch", 4, 0.95, 28.0),
+    ],
+)
+def test_teams_grasp_the_vessel(scenario, num_boats, share, median):
+    _, held = approach(lasting(scenario, num_boats), range(20))
+    assert np.isfinite(held).mean() >= share
+    assert np.median(held) < median
+
+
+def test_boats_hold_their_slots_together():
+    simulation, held = approach(lasting("nominal"), range(20), 60.0)
+    spread = simulation.summary()["closure_spread"]
+    assert np.isfinite(held).all()
+    assert np.median(spread) < 3.0
+
+
+def test_grasp_lasts_while_nobody_pushes():
+    simulation, held = approach(lasting("nominal"), range(20), 60.0)
+    assert (simulation.state.held > 10 * (50.0 - held)).mean() >= 0.9
+
+
+def test_team_grasps_anew_when_a_boat_fails_far_from_the_vessel():
+    early = {"failures": 1, "failure_time": (3.0, 8.0)}
+    simulation, held = approach(lasting("failure", 6, variation=early), range(20))
+    assert not simulation.state.working.all()
+    assert np.isfinite(held).mean() >= 0.85
+
+
+@pytest.fixture
+def team():
+    """A team at rest in its slots, and its grasping."""
+    params = make_params("push", 6, goal=(0.0, -1.0, 0.0))
+    simulation = Simulation(params, 1)
+    simulation.reset(seeds=[0])
+    return simulation, Grasping(params, GAINS)
+
+
+def steered(team, motion, slot, memory=None):
+    """One decision (A, 2) of the grasping, from its beginning unless there is a memory."""
+    simulation, grasping = team
+    sensed = replace(simulation.sensed, estimate=motion, slot=slot)
+    relations = relate(motion, sensed.goal, slot, sensed.side)
+    begins = np.array([memory is None])
+    memory = memory or grasping.fresh(*slot.shape)
+    grasping.begin(relations, slot, sensed, memory, begins)
+    return grasping.steer(relations, slot, sensed, memory)[0], memory
+
+
+def test_boats_in_their_slots_stay(team):
+    state = team[0].state
+    action, memory = steered(team, state.motion, state.slot)
+    assert memory.descends.all()
+    assert np.abs(action[:, 0]).max() < 0.02
+    assert np.abs(action[:, 1]).max() < 0.1
+
+
+def test_boats_in_each_others_slots_go_astern(team):
+    """The row of slots leaves no room to go round."""
+    state = team[0].state
+    swapped = np.argsort(state.slot[0].real)[[2, 3]]
+    wrong = state.slot.copy()
+    wrong[0, swapped] = wrong[0, swapped[::-1]]
+    action, memory = steered(team, state.motion, wrong)
+    assert memory.astern[0, swapped].all()
+    assert (action[swapped, 0] < -0.02).all()
+
+
+def test_new_slots_begin_a_new_approach(team):
+    state = team[0].state
+    _, memory = steered(team, state.motion, state.slot)
+    assert memory.descends.all()
+    moved = state.slot + 0.2
+    steered(team, state.motion, moved, memory)
+    np.testing.assert_array_equal(memory.slot, moved)
+    assert not memory.descends.any()
+
+
+def test_speeds_are_relative_to_the_vessel(team):
+    """Team and vessel that drift together want what they would want at rest, and drift on."""
+    state, drift = team[0].state, np.array([0.03, -0.01])
+    motion = state.motion.copy()
+    still, _ = steered(team, motion, state.slot)
+    motion[..., 3:5] += drift
+    moving, _ = steered(team, motion, state.slot)
+    bow = np.exp(1j * motion[0, 1:, 2])
+    along = (complex(*drift) * bow.conj()).real
+    np.testing.assert_allclose(moving[:, 0] - still[:, 0], along, atol=1e-9)
+    np.testing.assert_allclose(moving[:, 1], still[:, 1], atol=1e-9)
+
+
+def test_the_water_past_the_hull_is_noticed(team):
+    """A boat that points across the hull and is carried along it leans against the stream."""
+    state, stream = team[0].state, 0.01
+    motion = state.motion.copy()
+    motion[0, 1:, 3] += stream
+    action, memory = steered(team, motion, state.slot)
+    for _ in range(200):
+        action, memory = steered(team, motion, state.slot, memory)
+    np.testing.assert_allclose(memory.drift, stream, atol=1e-3)
+    assert (action[:, 1] < 0).all()
+
+
+def test_boats_stand_aside_of_a_failed_one_in_the_row(team):
+    simulation, grasping = team
+    state = simulation.state
+    order = np.argsort(state.slot[0].real)
+    works = np.ones((1, 6), dtype=bool)
+    works[0, order[2]] = False
+    sensed = replace(simulation.sensed, working=works)
+    relations = relate(state.motion, sensed.goal, state.slot, sensed.side)
+    points = slots(simulation.params, 5)
+    berth = np.where(works, 0, relations.boat)
+    berth[works] = points[np.argsort(np.argsort(state.slot[works].real))]
+    aside = grasping._dodge(relations, berth, sensed)[0, order].real
+    gaps = berth[0, order].real - relations.boat[0, order[2]].real
+    crowded = (np.abs(gaps) < simulation.params.boat.width) & works[0, order]
+    assert crowded.any()
+    assert (np.sign(aside) == np.where(crowded, np.sign(gaps), 0)).all()
+    assert np.abs(aside).max() < simulation.params.task.slot_distance
