@@ -25,6 +25,7 @@ from asv_env.types import Action, Bool, Float, Observation, Sensed
 from baselines.conveying import Conveying, PushGains, PushMemory
 from baselines.grasping import GraspGains, Grasping, GraspMemory
 from baselines.observer import Observer, VesselMemory
+from baselines.route import RouteGains, Router
 from baselines.steering import Tolerances
 
 GRASP = 0.3
@@ -56,6 +57,7 @@ class ScriptedPolicy:
         grasp: gains of the approach.
         push: gains of the push.
         tolerances: of the vessel on its path.
+        router: plans the vessel's paths; None plans them by ``RouteGains``.
 
     Raises:
         ValueError: the environment takes thruster actions.
@@ -67,6 +69,7 @@ class ScriptedPolicy:
         grasp: GraspGains = GraspGains(),  # noqa: B008 (frozen)
         push: PushGains = PushGains(),  # noqa: B008
         tolerances: Tolerances = Tolerances(),  # noqa: B008
+        router: Router | None = None,
     ) -> None:
         if params.action_mode != "tracking":
             raise ValueError(
@@ -77,7 +80,8 @@ class ScriptedPolicy:
         self._loose = GRASP * params.vessel.length
         self._observer = Observer(params)
         self._grasping = Grasping(params, grasp)
-        self._conveying = Conveying(params, push, tolerances)
+        router = router or Router(params.hulls()[0], RouteGains())
+        self._conveying = Conveying(params, router, push, tolerances)
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool

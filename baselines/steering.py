@@ -22,7 +22,7 @@ from asv_env.params import NOMINAL_LENGTH, VesselParams
 from asv_env.types import Float
 
 STEP = 0.25
-"""Between two looks at the path ahead, s."""
+"""Between two looks at the path ahead of a vessel of 0.40 m, s."""
 LOOKS = 24
 SPEEDS = np.array([0.003, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1])
 """Speeds of the vessel for which gains are computed, m/s; between them they are interpolated."""
@@ -34,19 +34,19 @@ YAW_RATE = 0.1
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Deviations and efforts that cost the same, for a vessel of 0.40 m.
+    """Deviations and efforts that cost the same.
 
     Attributes:
         offset: from the path, m.
         turn: heading error, rad.
         force: along the hull, N; 0 where no boat can exert one.
-        moment: N m.
+        moment: N m, for a vessel of 0.40 m.
     """
 
     offset: float = 0.03
     turn: float = 0.066
-    force: float = 4e-3
-    moment: float = 4e-4
+    force: float = 3.9e-3
+    moment: float = 3e-4
 
 
 class PreviewSteering:
@@ -59,13 +59,14 @@ class PreviewSteering:
 
     def __init__(self, vessel: VesselParams, tolerances: Tolerances) -> None:
         scale = vessel.length / NOMINAL_LENGTH
-        state_cost = np.diag([(scale * tolerances.offset) ** -2, tolerances.turn**-2, 0.0, 0.0])
+        state_cost = np.diag([tolerances.offset**-2, tolerances.turn**-2, 0.0, 0.0])
         efforts = np.array([tolerances.force or 1.0, scale**2 * tolerances.moment])
         control_cost = np.diag(efforts**-2)
         control = np.zeros((4, 2))
         control[2, 0] = (tolerances.force > 0) / vessel.total_mass
         control[3, 1] = 1.0 / vessel.total_inertia
-        self.ahead: Float = STEP * (np.arange(LOOKS) + 0.5)
+        step = scale * STEP
+        self.ahead: Float = step * (np.arange(LOOKS) + 0.5)
         """(LOOKS,) s, where the path is looked at."""
         self._feedback = np.zeros((len(SPEEDS), 2, 4))
         self._preview = np.zeros((len(SPEEDS), 2, LOOKS))
@@ -77,7 +78,7 @@ class PreviewSteering:
             closed = (dynamics - control @ self._feedback[i]).T
             turning = cost @ np.array([0.0, -speed, 0.0, 0.0])
             looks = [weighted @ expm(closed * time) @ turning for time in self.ahead]
-            self._preview[i] = STEP * np.stack(looks, axis=-1)
+            self._preview[i] = step * np.stack(looks, axis=-1)
 
     def wrench(self, speed: Float, deviation: Float, curvature: Float) -> Float:
         """Force along the hull, N, and moment, N m, for the vessel.
