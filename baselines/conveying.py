@@ -64,7 +64,7 @@ class PushGains:
     """
 
     pull: float = 1.33
-    spare: float = 1.04
+    spare: float = 0.6
     contact: float = 0.145
     most_force: float = 5.6e-3
     grip: float = 7e-4

@@ -20,7 +20,7 @@ from asv_env.types import Bool, Complex, Float, Sensed
 ACCELERATION = 0.01
 """Standard deviation of what the prediction misses, m/s^2, and
 ``YAW_ACCELERATION``, rad/s^2 for a vessel of 0.40 m."""
-YAW_ACCELERATION = 0.008
+YAW_ACCELERATION = 0.012
 FREE_ACCELERATION = 0.002
 """The same for a vessel that no boat touches, m/s^2."""
 DRIFT_WALK = 0.001

@@ -39,7 +39,7 @@ class RouteGains:
     tightest: float = 0.56
     tight: float = 0.75
     runout: float = 0.36
-    short: float = 0.8
+    short: float = 2.2
     speed: float = 0.069
     braking: float = 0.36
     passing: float = 0.0072

@@ -43,8 +43,8 @@ class Tolerances:
         moment: N m, for a vessel of 0.40 m.
     """
 
-    offset: float = 0.03
-    turn: float = 0.066
+    offset: float = 0.04
+    turn: float = 0.035
     force: float = 3.9e-3
     moment: float = 3e-4
 
