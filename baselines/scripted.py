@@ -21,7 +21,7 @@ from asv_env import tracking
 from asv_env.formation import Relations, relate
 from asv_env.geometry import mirrored
 from asv_env.params import EnvParams
-from asv_env.types import Action, Bool, Float, Observation, Sensed
+from asv_env.types import Action, Bool, Float, Observation, Sensed, put_rows, rows
 from baselines.conveying import Conveying, PushGains, PushMemory
 from baselines.grasping import GraspGains, Grasping, GraspMemory
 from baselines.observer import Observer, VesselMemory
@@ -84,7 +84,11 @@ class ScriptedPolicy:
         self._conveying = Conveying(params, router, push, tolerances)
 
     def act(
-        self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
+        self,
+        sensed: Sensed,
+        observation: Observation,
+        memory: Memory | None,
+        fresh: Bool,
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
         side = np.where(sensed.side < 0, -1.0, 1.0)
@@ -98,19 +102,15 @@ class ScriptedPolicy:
         motion[:, 0] = memory.vessel.motion
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
-        pushing = self._grasped(relations, sensed, memory.pushing & ~fresh) & self._pushes
+        pushing = (
+            self._grasped(relations, sensed, memory.pushing & ~fresh) & self._pushes
+        )
         approaches = ~pushing & (fresh | memory.pushing)
         pushes = pushing & (fresh | ~memory.pushing | memory.push.missed)
         memory.pushing = pushing
-        drift = memory.vessel.drift
-        self._grasping.begin(relations, sensed.slot, sensed, memory.grasp, approaches)
-        self._conveying.begin(relations, drift, memory.push, pushes)
-
-        approach = self._grasping.steer(relations, sensed.slot, sensed, memory.grasp)
-        push, wrench = self._conveying.steer(relations, sensed.slot, drift, memory.push)
-        force = wrench.along - 1j * wrench.ahead.sum(axis=1)
-        self._observer.expect(memory.vessel, pushing * force, pushing * wrench.moment)
-        wanted = np.where(pushing[:, None, None], push, approach)
+        wanted = np.zeros((*sensed.slot.shape, 2))
+        self._approach(relations, sensed, memory, approaches, wanted)
+        self._push(relations, sensed, memory, pushes, wanted)
         wanted[..., 1] *= side[:, None]
         action = np.clip(wanted / tracking.SCALE, -1.0, 1.0)
         return action.astype(np.float32), memory
@@ -122,6 +122,56 @@ class ScriptedPolicy:
             grasp=self._grasping.fresh(worlds, team),
             push=self._conveying.fresh(worlds),
         )
+
+    def _approach(
+        self,
+        relations: Relations,
+        sensed: Sensed,
+        memory: Memory,
+        starts: Bool,
+        wanted: Float,
+    ) -> None:
+        """Speeds and yaw rates (W, A, 2) in the worlds that are in this phase."""
+        here = np.flatnonzero(~memory.pushing)
+        if not len(here):
+            return
+        relations, sensed, grasp = (
+            rows(relations, here),
+            rows(sensed, here),
+            rows(memory.grasp, here),
+        )
+        self._grasping.begin(relations, sensed.slot, sensed, grasp, starts[here])
+        wanted[here] = self._grasping.steer(relations, sensed.slot, sensed, grasp)
+        put_rows(memory.grasp, here, grasp)
+
+    def _push(
+        self,
+        relations: Relations,
+        sensed: Sensed,
+        memory: Memory,
+        starts: Bool,
+        wanted: Float,
+    ) -> None:
+        """The same in this phase; what the boats exert is told to the observer."""
+        force, moment = (
+            np.zeros(len(starts), dtype=np.complex128),
+            np.zeros(len(starts)),
+        )
+        here = np.flatnonzero(memory.pushing)
+        if len(here):
+            relations, drift, path = (
+                rows(relations, here),
+                memory.vessel.drift[here],
+                rows(memory.push, here),
+            )
+            self._conveying.begin(relations, drift, path, starts[here])
+            wanted[here], wrench = self._conveying.steer(
+                relations, sensed.slot[here], drift, path
+            )
+            put_rows(memory.push, here, path)
+            force[here] = wrench.along - 1j * wrench.ahead.sum(axis=1)
+            moment[here] = wrench.moment
+        self._observer.expect(memory.vessel, force, moment)
 
     def _grasped(self, relations: Relations, sensed: Sensed, pushing: Bool) -> Bool:
         """(W,) whether the team can push: from closure on, until a boat is far from its slot."""
