@@ -186,15 +186,29 @@ class Conveying:
         memory.way[which], memory.missed[which] = 0.0, False
 
     def steer(
-        self, relations: Relations, slot: Complex, drift: Complex, memory: PushMemory
+        self,
+        relations: Relations,
+        slot: Complex,
+        working: Bool,
+        drift: Complex,
+        memory: PushMemory,
     ) -> tuple[Float, Wrench]:
         """Speed m/s and yaw rate rad/s (W, A, 2) of the boats, and what they exert by it.
 
         Brings ``memory.way`` and ``memory.missed`` up to date.
+
+        Args:
+            relations: of the estimated motion.
+            slot: (W, A) of each boat, m.
+            working: (W, A) boats whose thrusters work; the others are not reckoned with.
+            drift: (W,) velocity of the water, m/s, world frame.
+            memory: with the path.
         """
         caging = np.abs(slot.real) > self._vessel.length / 2
-        places = self._places(slot, caging)
-        wrench = self._wrench(relations, places, caging, drift, memory)
+        pushing = working & ~caging
+        places = self._places(slot, pushing)
+        caged = np.asarray((working & caging).any(axis=1))
+        wrench = self._wrench(relations, places, pushing, caged, drift, memory)
         grip = self._gripped(relations, places)
         at_side = self._at_side(grip, wrench.ahead)
         at_end = self._at_end(grip, np.sign(places.real), wrench.along)
@@ -202,18 +216,19 @@ class Conveying:
         turn = turn_to(relations, lead - np.pi / 2)
         return np.stack([speed, grip.yaw_rate + self._gains.turning * turn], axis=-1), wrench
 
-    def _places(self, slot: Complex, caging: Bool) -> Complex:
-        """Where boats push (W, A): in their slots, spread as far as the ends allow, m."""
-        farthest = np.abs(np.where(caging, 0.0, slot.real)).max(axis=1, keepdims=True)
+    def _places(self, slot: Complex, pushing: Bool) -> Complex:
+        """Where boats belong (W, A): those that push, spread as far as the ends allow, m."""
+        farthest = np.abs(np.where(pushing, slot.real, 0.0)).max(axis=1, keepdims=True)
         room = self._vessel.length / 2 - self._boat.width
         spread = np.clip(room / np.maximum(farthest, TINY), 1.0, self._gains.spread)
-        return np.where(caging, 1.0, spread) * slot.real + 1j * slot.imag
+        return np.where(pushing, spread, 1.0) * slot.real + 1j * slot.imag
 
     def _wrench(
         self,
         relations: Relations,
         places: Complex,
-        caging: Bool,
+        pushing: Bool,
+        caged: Bool,
         drift: Complex,
         memory: PushMemory,
     ) -> Wrench:
@@ -226,12 +241,13 @@ class Conveying:
         turned = np.clip(turned, -MOST_TURNED, MOST_TURNED)
         deviation = np.stack([aside, turned, velocity.real, yaw_rate], axis=-1)
         wanted = self._uncaged.wrench(speed, deviation, curvature)
-        caged = caging.any(axis=1)[:, None]
         if caged.any():
-            wanted = np.where(caged, self._caged.wrench(speed, deviation, curvature), wanted)
+            wanted = np.where(
+                caged[:, None], self._caged.wrench(speed, deviation, curvature), wanted
+            )
         most = gains.most_force * vessel.length / NOMINAL_LENGTH
         along, moment = np.clip(wanted[:, 0], -most, most), wanted[:, 1]
-        each, moment = self._shared(self._ahead(left, speed), moment, places.real, caging)
+        each, moment = self._shared(self._ahead(left, speed), moment, places.real, pushing)
         return Wrench(each, along, moment)
 
     def _follow(
@@ -255,8 +271,7 @@ class Conveying:
         astray = np.abs(offset.real) > ASTRAY * length
         memory.missed = astray | (reached - total > MISSED * length)
         ahead = memory.way[:, None] + np.maximum(speed, 0.0)[:, None] * self._caged.ahead
-        curvature = path[:, None].curvature_at(ahead)
-        curvature = np.where(ahead < total[:, None], curvature, 0.0)
+        curvature = path[:, None].curvature_at(ahead)  # Beyond the end, that of a straight.
         return offset.real, turned, total - reached, curvature
 
     def _ahead(self, left: Float, speed: Float) -> Float:
@@ -267,7 +282,7 @@ class Conveying:
         drag *= np.where(coasts, 1 - self._router.gains.braking, 1.0)
         return drag + self._gains.pull * self._vessel.total_mass * (wanted - speed)
 
-    def _shared(self, ahead: Float, moment: Float, u: Float, caging: Bool) -> tuple[Float, Float]:
+    def _shared(self, ahead: Float, moment: Float, u: Float, pushing: Bool) -> tuple[Float, Float]:
         """Shares force ahead (W,) and moment (W,) out to the boats at the side.
 
         They can only push. The moment goes first: where it asks for more force than the way
@@ -276,8 +291,8 @@ class Conveying:
         Returns:
             (W, A) force of each boat, N; (W,) the moment that comes about, N m.
         """
-        lever = np.where(caging, 0.0, u)
-        pushers = np.maximum((~caging).sum(axis=1), 1)
+        lever = np.where(pushing, u, 0.0)
+        pushers = np.maximum(pushing.sum(axis=1), 1)
         levers = np.maximum((lever**2).sum(axis=1), TINY)
         per_moment = pushers * np.maximum(np.abs(lever).max(axis=1), TINY) / levers
         most = np.maximum(ahead, self._gains.spare * self._full_drag) / per_moment
@@ -287,7 +302,7 @@ class Conveying:
         contact = (self._gains.contact * self._full_drag / pushers)[:, None]
         surplus = np.minimum(ahead / pushers, 0.0)[:, None]
         each = np.maximum(each, contact) + np.where(surplus < 0, surplus - contact, 0.0)
-        each = np.where(caging, 0.0, each)
+        each = np.where(pushing, each, 0.0)
         return each, -(each * lever).sum(axis=1)
 
     def _gripped(self, relations: Relations, places: Complex) -> Grip:

@@ -2,7 +2,7 @@
 
 The boats know what force they exert on the vessel and how water and inertia answer. A Kalman
 filter that predicts the vessel's motion from it can trust a single measurement far less than the
-shared filter of the sensors, which knows nothing of forces: rates come out several times as
+shared filter of the sensors, which knows nothing of forces: rates come out two to three times as
 quiet. What the free vessel does beyond the prediction is laid to the water that carries it.
 """
 
@@ -15,6 +15,7 @@ from scipy.linalg import solve_discrete_are
 
 from asv_env.geometry import plane, wrap
 from asv_env.params import NOMINAL_LENGTH, EnvParams
+from asv_env.sensors import steady_gain
 from asv_env.types import Bool, Complex, Float, Sensed
 
 ACCELERATION = 0.01
@@ -57,30 +58,14 @@ class Observer:
         self._vessel, _ = params.hulls()
         self._dt = 1.0 / params.clock.control
         noise, scale = params.sensors, self._vessel.length / NOMINAL_LENGTH
-        linear = [noise.position_noise, noise.speed_noise]
-        angular = [noise.heading_noise, noise.yaw_rate_noise]
-        across, along = self._vessel.sway, self._vessel.surge
-        decay = (across[0] + along[0] + (across[1] + along[1]) * SLIP) / 2
-        decay /= self._vessel.total_mass
-        steered = self._gain(ACCELERATION, linear)
-        turned = self._gain(YAW_ACCELERATION / scale, angular)
-        self._gains = np.stack([steered, steered, turned], axis=-1)
-        self._drift_gain = self._gain(FREE_ACCELERATION, linear, decay)[2]
-
-    def _gain(self, acceleration: float, noise: list[float], decay: float | None = None) -> Float:
-        """Steady gain (2, 2) of pose and rate, or (3, 2) with the drift that the rate decays to."""
-        dt, states = self._dt, 2 if decay is None else 3
-        transition, walk = np.eye(states), np.zeros((states, states))
-        transition[0, 1] = dt
-        if decay is not None:
-            transition[1, 1:] += np.array([-1.0, 1.0]) * decay * dt
-            walk[2, 2] = DRIFT_WALK**2 * dt
-        walk[:2, :2] = (acceleration * dt) ** 2 * np.array([[dt**2 / 3, dt / 2], [dt / 2, 1.0]])
-        seen = np.eye(states)[:2]
-        error = np.diag(np.maximum(noise, NO_NOISE) ** 2)
-        predicted = solve_discrete_are(transition.T, seen.T, walk, error)
-        gain: Float = np.linalg.solve(predicted[:2, :2] + error, predicted[:2]).T
-        return gain
+        linear = noise.position_noise, noise.speed_noise
+        angular = noise.heading_noise, noise.yaw_rate_noise
+        moved = steady_gain(ACCELERATION, *linear, self._dt)
+        turned = steady_gain(YAW_ACCELERATION / scale, *angular, self._dt)
+        self._gains = np.stack([moved, moved, turned], axis=-1)
+        hull = self._vessel.linearised(SLIP, 0.0)
+        decay = (hull.sway[0] + hull.surge[0]) / 2 / self._vessel.total_mass
+        self._drift_gain = drift_gain(FREE_ACCELERATION, decay, *linear, self._dt)
 
     def fresh(self, worlds: int) -> VesselMemory:
         """Memory to be filled by ``begin``."""
@@ -132,3 +117,26 @@ class Observer:
 
 def _drag(coefficients: tuple[float, float], velocity: Float) -> Float:
     return (coefficients[0] + coefficients[1] * np.abs(velocity)) * velocity
+
+
+def drift_gain(
+    acceleration: float, decay: float, pose_noise: float, rate_noise: float, dt: float
+) -> Float:
+    """What the drift takes of the innovations of pose and rate, (2,), in the steady state.
+
+    The Kalman filter of three states: pose, rate, and the drift to which the rate decays.
+
+    Args:
+        acceleration: standard deviation of what else changes the rate, m/s^2.
+        decay: of the rate towards the drift, 1/s.
+        pose_noise: standard deviation of the measured pose, m.
+        rate_noise: standard deviation of the measured rate, m/s.
+        dt: s, a tick.
+    """
+    transition = np.array([[1.0, dt, 0.0], [0.0, 1 - decay * dt, decay * dt], [0.0, 0.0, 1.0]])
+    walk = np.diag([0.0, (acceleration * dt) ** 2, DRIFT_WALK**2 * dt])
+    seen = np.eye(3)[:2]
+    error = np.diag(np.maximum([pose_noise, rate_noise], NO_NOISE) ** 2)
+    predicted = solve_discrete_are(transition.T, seen.T, walk, error)
+    gain: Float = np.linalg.solve(predicted[:2, :2] + error, predicted[:2, 2])
+    return gain

@@ -20,6 +20,7 @@ again. What cannot be used as printed is corrected (see also the modules of the 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,9 @@ from baselines import braitenberg, pushing, two_arc
 from baselines.checks import finite, positive
 from baselines.spiral import angular_distance, approach_speed, arc_length, bearing_offset
 
+Attribution = Callable[[Complex, Complex, Bool, Complex], Complex]
+"""Targets (W, A) from boats (W, A), slots (W, A), which boats work (W, A) and the targets until now
+(NaN where there are none yet), all in the vessel's frame, m."""
 ARRIVAL_TIME = {"tracking": 80.0, "thrusters": 30.0}
 """T_goal of the paper's experiment and of its simulation, s, for a vessel of 0.40 m."""
 IN_RANGE = 0.20
@@ -133,6 +137,7 @@ class PaperPolicy:
         arrival_time: T_goal, s; None takes that of the paper's experiment with tracking actions,
             of its simulation with thrusters, in proportion to the vessel's length.
         gains: what the paper leaves open.
+        attribution: of the targets to the boats, asked at every tick.
 
     Raises:
         ValueError: ``alpha1`` is not finite or ``arrival_time`` not positive.
@@ -144,12 +149,14 @@ class PaperPolicy:
         alpha1: float = 1.0,
         arrival_time: float | None = None,
         gains: PaperGains = PaperGains(),
+        attribution: Attribution | None = None,
     ) -> None:
         if arrival_time is None:
             arrival_time = ARRIVAL_TIME[params.action_mode] * params.vessel.length / NOMINAL_LENGTH
         self._alpha1 = float(finite("alpha1", alpha1))
         self._arrival_time = float(positive("arrival_time", arrival_time))
         self._params, self._gains = params, gains
+        self._attribution = attribution or nearest
         vessel, self._boat = params.hulls()
         self._loops = Loops(self._boat)
         self._mean_speed = float(np.clip(coasting_speed(vessel, IN_RANGE), *MEAN_SPEEDS))
@@ -173,18 +180,11 @@ class PaperPolicy:
         return self._action(relations, law, flip, memory), memory
 
     def _attribute(self, sensed: Sensed, flip: Float, memory: Memory) -> Relations:
-        """Attributes the targets to the nearest boats, and D to boats whose target is new.
-
-        The paper does not say to which boat, where two targets have the same nearest one. With
-        the least total distance no two ways cross.
-        """
+        """Attributes the targets to the boats, and D to boats whose target is new."""
         motion, goal = mirrored(sensed.estimate, flip), mirrored(sensed.goal, flip)
         slot = np.where(flip[:, None] < 0, sensed.slot.conj(), sensed.slot)
         boat = relate(motion, goal, slot, np.ones(len(flip))).boat
-        target = slot.copy()
-        for world, works in enumerate(sensed.working):
-            points = slot[world, works]
-            target[world, works] = points[assign(boat[world, works], points)]
+        target = self._attribution(boat, slot, sensed.working, memory.target)
         anew = braitenberg.direction(boat.real, target.real)
         memory.sense = np.where(target == memory.target, memory.sense, anew)
         memory.target = target
@@ -298,6 +298,20 @@ class PaperPolicy:
         thrust = MIX * (demand[..., 0] + 1j * demand[..., 1])
         full = boat.thrust * np.where(_pairs(thrust) < 0, boat.astern, 1.0)
         return _pairs(thrust) / full
+
+
+def nearest(boat: Complex, slot: Complex, working: Bool, before: Complex) -> Complex:
+    """Targets go to the nearest boats, at every tick anew.
+
+    The paper does not say to which boat, where two targets have the same nearest one. With the
+    least total distance no two ways cross.
+    """
+    del before
+    target = slot.copy()
+    for world, works in enumerate(working):
+        points = slot[world, works]
+        target[world, works] = points[assign(boat[world, works], points)]
+    return target
 
 
 def coasting_speed(hull: HullParams, way: float) -> float:

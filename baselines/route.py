@@ -51,9 +51,17 @@ class Router:
     Args:
         vessel: as it is in the water.
         gains: what is asked of a path.
+
+    Raises:
+        ValueError: the vessel has no linear drag across and would never come to rest.
     """
 
     def __init__(self, vessel: VesselParams, gains: RouteGains) -> None:
+        if vessel.sway[0] <= 0:
+            raise ValueError(
+                f"vessel.sway = {vessel.sway}: without linear drag the vessel never comes to "
+                "rest, and the scripted policy cannot stop it; give a value above 0"
+            )
         self._vessel, self.gains = vessel, gains
         self._beyond = self._way_to_rest(gains.passing / gains.braking)
         way = np.linspace(0.0, FARTHEST * vessel.length, 5000)

@@ -102,9 +102,7 @@ class ScriptedPolicy:
         motion[:, 0] = memory.vessel.motion
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
-        pushing = (
-            self._grasped(relations, sensed, memory.pushing & ~fresh) & self._pushes
-        )
+        pushing = self._grasped(relations, sensed, memory.pushing & ~fresh) & self._pushes
         approaches = ~pushing & (fresh | memory.pushing)
         pushes = pushing & (fresh | ~memory.pushing | memory.push.missed)
         memory.pushing = pushing
@@ -166,7 +164,7 @@ class ScriptedPolicy:
             )
             self._conveying.begin(relations, drift, path, starts[here])
             wanted[here], wrench = self._conveying.steer(
-                relations, sensed.slot[here], drift, path
+                relations, sensed.slot[here], sensed.working[here], drift, path
             )
             put_rows(memory.push, here, path)
             force[here] = wrench.along - 1j * wrench.ahead.sum(axis=1)

@@ -55,9 +55,17 @@ class PreviewSteering:
     Args:
         vessel: as it is in the water.
         tolerances: what the cost is made of.
+
+    Raises:
+        ValueError: nothing hinders the vessel from sliding along its length.
     """
 
     def __init__(self, vessel: VesselParams, tolerances: Tolerances) -> None:
+        if max(vessel.surge) <= 0:
+            raise ValueError(
+                f"vessel.surge = {vessel.surge} without fins: the scripted policy cannot hold a "
+                "vessel that slides freely along its length; give some drag"
+            )
         scale = vessel.length / NOMINAL_LENGTH
         state_cost = np.diag([tolerances.offset**-2, tolerances.turn**-2, 0.0, 0.0])
         efforts = np.array([tolerances.force or 1.0, scale**2 * tolerances.moment])
@@ -103,8 +111,8 @@ class PreviewSteering:
 
 def _dynamics(vessel: VesselParams, speed: float) -> Float:
     """A (4, 4) of a vessel that moves at a speed (m/s), linearised about the path."""
-    along = (vessel.surge[0] + vessel.surge[1] * SLIP) / vessel.total_mass
-    yaw = (vessel.yaw[0] + vessel.yaw[1] * YAW_RATE) / vessel.total_inertia
+    linear = vessel.linearised(SLIP, YAW_RATE)
+    along, yaw = linear.surge[0] / vessel.total_mass, linear.yaw[0] / vessel.total_inertia
     return np.array(
         [
             [0.0, speed, 1.0, 0.0],

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from asv_env.geometry import rectangle
-from asv_env.params import EnvParams
+from asv_env.params import EnvParams, HullParams
+from asv_env.scene import placed
 from asv_env.types import Float
 from baselines.episodes import Track
 
@@ -67,10 +67,10 @@ def _draw_policy(axes: Axes, tracks: Sequence[Track], params: EnvParams) -> None
         label=f"vessel (seed {example.episode.seed})",
     )
     if params.task.name != "approach":
-        outline = _outline(example.goal, rectangle(params.vessel.length, params.vessel.width))
+        corners = outline(params.vessel, example.goal)
         axes.add_patch(
             Polygon(
-                outline, closed=True, fill=False, ec=GOAL, ls="--", lw=1.6, zorder=6, label="goal"
+                corners, closed=True, fill=False, ec=GOAL, ls="--", lw=1.6, zorder=6, label="goal"
             )
         )
     axes.set_aspect("equal", adjustable="box")
@@ -78,16 +78,16 @@ def _draw_policy(axes: Axes, tracks: Sequence[Track], params: EnvParams) -> None
 
 
 def _draw_hull(axes: Axes, pose: Float, params: EnvParams, colour: str, alpha: float) -> None:
-    outline = _outline(pose, rectangle(params.vessel.length, params.vessel.width))
-    axes.add_patch(Polygon(outline, closed=True, fc=colour, ec=colour, alpha=alpha, zorder=1))
+    corners = outline(params.vessel, pose)
+    axes.add_patch(Polygon(corners, closed=True, fc=colour, ec=colour, alpha=alpha, zorder=1))
 
 
 def _draw_boat(axes: Axes, pose: Float, params: EnvParams, colour: tuple[float, ...]) -> None:
-    outline = _outline(pose, params.boat.outline)
-    axes.add_patch(Polygon(outline, closed=True, fc=colour, ec="none", alpha=0.55, zorder=3))
+    corners = outline(params.boat, pose)
+    axes.add_patch(Polygon(corners, closed=True, fc=colour, ec="none", alpha=0.55, zorder=3))
 
 
-def _outline(pose: Float, vertices: list[tuple[float, float]]) -> Float:
-    x, y, heading = pose
-    points = np.array(vertices) @ np.array([1, 1j]) * np.exp(1j * heading) + x + 1j * y
+def outline(hull: HullParams, pose: Float) -> Float:
+    """Corners (..., n, 2) of hulls at poses (..., 3), m."""
+    points = placed(np.array(hull.outline) @ np.array([1, 1j]), pose)
     return np.stack([points.real, points.imag], axis=-1)

@@ -1,15 +1,19 @@
 """The code in the documents runs."""
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 
+from baselines.reproduce.page import updated
+
 ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SHORTER = {"1_000_000": "512", "num_envs=64": "num_envs=4", "n_steps=128": "n_steps=16"}
 BLOCKS = [
     pytest.param(block, id=f"{name}-{number}")
-    for name in ("README.md", "docs/learning.md")
+    for name in ("README.md", "docs/learning.md", "docs/paper.md")
     for number, block in enumerate(
         re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL)
     )
@@ -25,7 +29,16 @@ def test_code_block_runs(block, tmp_path, monkeypatch):
     exec(compile(block, "document", "exec"), {})
 
 
-def test_links_to_files_lead_somewhere():
-    for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")):
-        links = re.findall(r"\]\((?!http)([^)#]+)\)", page.read_text())
-        assert [link for link in links if not (page.parent / link).exists()] == []
+@pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])
+def test_links_to_files_lead_somewhere(page):
+    text = page.read_text()
+    links = re.findall(r"\]\((?!http)([^)#]+)", text) + re.findall(r'src="([^"]+)"', text)
+    assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+def test_the_table_in_the_readme_is_the_one_that_was_made():
+    text = (ROOT / "README.md").read_text()
+    table = json.loads((ROOT / "docs/reproduction/table.json").read_text())
+    assert text == updated(text, table), (
+        "run python -m baselines.reproduce --only table --out docs/reproduction --page README.md"
+    )

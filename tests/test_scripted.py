@@ -17,26 +17,37 @@ def rows(params, seeds, num_envs=50):
 
 @pytest.fixture(scope="module")
 def deliveries():
-    """A hundred episodes on the paper's goal from anywhere round the vessel."""
-    return rows(make_params("transport", goal=GOAL), range(100))
+    """Fifty episodes on the paper's goal from anywhere round the vessel."""
+    return rows(make_params("transport", goal=GOAL), range(50))
 
 
 def test_delivers_to_the_papers_goal(deliveries):
-    assert sum(row.success for row in deliveries) >= 95
-
-
-def test_deliveries_are_more_precise_than_the_papers(deliveries):
-    errors = [row.min_position_error for row in deliveries if row.success]
-    headings = [abs(row.heading_error_at_min) for row in deliveries if row.success]
-    assert np.mean(errors) < 0.0488
-    assert np.mean(headings) < 0.26
+    assert sum(row.success for row in deliveries) >= 49
 
 
 def test_boats_arrive_together_and_keep_their_grasp(deliveries):
     delivered = [row for row in deliveries if row.success]
-    assert np.median([row.closure_spread for row in delivered]) < 15
+    assert np.median([row.closure_spread for row in delivered]) < 2
     assert np.median([row.closure_lost for row in delivered]) == 0
     assert np.median([row.path_length_ratio for row in delivered]) < 1.15
+
+
+def test_is_precise_under_noise_in_the_papers_experiment():
+    done = rows(make_params("transport", 4, "noisy", "experiment"), range(30))
+    distances = [row.min_position_error for row in done]
+    headings = [row.heading_error_at_min for row in done]
+    assert np.mean(distances) < 0.015
+    assert abs(np.mean(headings)) < 0.02
+    assert np.std(headings) < 0.06
+
+
+@pytest.mark.parametrize(
+    ("scenario", "num_boats", "share"),
+    [("noisy", 4, 0.97), ("noisy", 8, 0.9), ("current", 4, 0.85), ("failure", 6, 0.8)],
+)
+def test_delivers_to_goals_all_over_the_plane(scenario, num_boats, share):
+    done = rows(make_params("transport", num_boats, scenario), range(16), 16)
+    assert np.mean([row.success for row in done]) >= share
 
 
 def test_the_mirror_image_of_a_push_is_the_push_from_the_other_side():

@@ -1,0 +1,239 @@
+"""The team's own filter of the vessel's motion, against the physics that it is a model of."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers import begin_at, bodies, open_water
+from hypothesis import given
+from hypothesis import strategies as st
+
+from asv_env import Simulation, make_params, water
+from asv_env.geometry import wrap
+from baselines import observer
+from baselines.observer import Observer
+from baselines.scripted import ScriptedPolicy
+
+FAR = [(5.0, 5.0), (-5.0, -5.0)]
+"""Where two boats leave the vessel alone."""
+NOISE = ["nominal", "noisy"]
+
+
+def watch(params, ticks, worlds=8, motions=None):
+    """Errors (T, W, 6) of observer and sensors' filter, and drifts (T, W); the boats are off."""
+    sim, known, still = Simulation(params, worlds), Observer(params), np.zeros(worlds)
+    sim.reset(seeds=range(worlds)) if motions is None else begin_at(sim, motions)
+    memory, idle = known.fresh(worlds), np.zeros(worlds, dtype=bool)
+    known.begin(sim.sensed, memory, ~idle)
+    own, filtered, drifts = [], [], []
+    for _ in range(ticks):
+        known.expect(memory, still * 0j, still)
+        sim.step(np.zeros_like(sim.state.thrust))
+        known.update(sim.sensed, memory, idle)
+        own.append(errors(memory.motion, sim))
+        filtered.append(errors(sim.sensed.estimate[:, 0], sim))
+        drifts.append(memory.drift)
+    return np.array(own), np.array(filtered), np.array(drifts)
+
+
+def errors(motion, sim):
+    """Errors (W, 6) of an estimate of the vessel's motion."""
+    error = motion - sim.state.motion[:, 0]
+    error[:, 2] = wrap(error[:, 2])
+    return error
+
+
+def push(scenario, worlds, seconds):
+    """Errors (T, W, 6) of observer and sensors' filter while the scripted policy pushes."""
+    params = make_params("push", scenario=scenario, goal=(0.8, -2.0, 0.5))
+    sim, policy, memory = Simulation(params, worlds), ScriptedPolicy(params), None
+    observation, fresh = sim.reset(seeds=range(worlds)), np.ones(worlds, dtype=bool)
+    own, filtered = [], []
+    for _ in range(round(seconds * params.clock.control)):
+        action, memory = policy.act(sim.sensed, observation, memory, fresh)
+        own.append(errors(memory.vessel.motion, sim))
+        filtered.append(errors(sim.sensed.estimate[:, 0], sim))
+        observation, fresh = sim.step(action).observation, np.zeros(worlds, dtype=bool)
+    return np.array(own), np.array(filtered)
+
+
+def rms(values, axis=(0, 1)):
+    return np.sqrt((np.abs(values) ** 2).mean(axis=axis))
+
+
+# ---------------------------------------------------------------------- motion
+
+
+def test_exact_measurements_give_the_exact_motion():
+    own, _ = push("nominal", worlds=4, seconds=10)
+    assert np.abs(own).max() < 1e-5
+
+
+def test_pushing_team_knows_the_motion_better_than_the_sensors_filter():
+    own, filtered = push("noisy", worlds=32, seconds=20)
+    better = rms(own[20:]) / rms(filtered[20:])
+    assert (better[3:] < 0.7).all()
+    assert (better[:3] < 1.0).all()
+
+
+def test_free_vessel_is_known_better_than_by_the_sensors_filter():
+    params = make_params(scenario="noisy", action_mode="thrusters")
+    own, filtered, _ = watch(params, ticks=300)
+    assert (rms(own[100:]) < rms(filtered[100:])).all()
+
+
+def test_heading_is_known_where_its_measurement_jumps_by_a_turn():
+    params = open_water(2, control=10, scenario="noisy")
+    begun = bodies((0, 0, np.pi - 0.01, 0, 0, 0), *FAR)
+    own, _, _ = watch(params, ticks=50, motions=[begun] * 8)
+    assert np.abs(own[..., 2]).max() < 3 * params.sensors.heading_noise
+
+
+def test_episode_begins_at_rest_from_its_first_measurement():
+    params = make_params("push", scenario="noisy")
+    sim = Simulation(params, 3)
+    sim.reset(seeds=range(3))
+    known = Observer(params)
+    memory = known.fresh(3)
+    memory.motion[:], memory.drift[:], memory.acceleration[:] = 9.0, 9.0, 9.0
+    known.begin(sim.sensed, memory, np.array([True, False, True]))
+    for world in (0, 2):
+        np.testing.assert_array_equal(memory.motion[world, :3], sim.sensed.measured[world, 0, :3])
+        np.testing.assert_array_equal(memory.motion[world, 3:], 0.0)
+    np.testing.assert_array_equal(memory.drift, [0, 9, 0])
+    np.testing.assert_array_equal(memory.acceleration[:, 0], [0, 9, 0])
+    np.testing.assert_array_equal(memory.motion[1], 9.0)
+
+
+def kalman_gain(acceleration, noise, dt):
+    """Gain (2, 2) of a pose and its rate once the textbook recursion has settled.
+
+    The acceleration is white; its mean over a tick has this standard deviation.
+    """
+    fine, error, seen = 100, np.eye(2), np.diag(np.square(noise))
+    moves = np.array([[1.0, dt / fine], [0.0, 1.0]])
+    walk = np.diag([0.0, acceleration**2 * dt**2 / fine])
+    for _ in range(400):
+        for _ in range(fine):
+            error = moves @ error @ moves.T + walk
+        gain = error @ np.linalg.inv(error + seen)
+        error = (np.eye(2) - gain) @ error
+    return gain
+
+
+def test_corrections_are_those_of_the_kalman_filter():
+    params = make_params("push", scenario="noisy")
+    sim, touch, noise = Simulation(params), 1e-3, params.sensors
+    sim.reset(seeds=[0])
+    known = Observer(params)
+    linear = kalman_gain(
+        observer.ACCELERATION, [noise.position_noise, noise.speed_noise], 1 / params.clock.control
+    )
+    angular = kalman_gain(
+        observer.YAW_ACCELERATION,
+        [noise.heading_noise, noise.yaw_rate_noise],
+        1 / params.clock.control,
+    )
+    for axis, expected in enumerate((linear, linear, angular)):
+        for column, entry in enumerate((axis, 3 + axis)):
+            memory, measured = known.fresh(1), np.zeros_like(sim.sensed.measured)
+            measured[0, 0, entry] = touch
+            known.update(replace(sim.sensed, measured=measured), memory, np.zeros(1, dtype=bool))
+            corrections = memory.motion[0, [axis, 3 + axis]] / touch
+            np.testing.assert_allclose(corrections, expected[:, column], rtol=2e-2)
+
+
+# ---------------------------------------------------------------------- expectation
+
+
+@pytest.mark.parametrize("drag", ["quadratic", "linear"])
+def test_expected_acceleration_is_that_of_the_physics(drag):
+    """Of vessels that coast and turn through a current, over a step of half a millisecond."""
+    hz, heading = 2000, 2.1
+    stream = {"current": "uniform", "current_speed": 0.012, "current_heading": heading}
+    params = open_water(2, rate=hz, water={**stream, "drag": drag})
+    rng, worlds = np.random.default_rng(0), 20
+    motions = np.array([bodies((), *FAR)] * worlds)
+    motions[:, 0] = rng.uniform(-1, 1, (worlds, 6)) * [1, 1, np.pi, 0.1, 0.1, 0.5]
+    sim = Simulation(params, worlds)
+    begin_at(sim, list(motions))
+    sim.step(np.zeros_like(sim.state.thrust))
+    acceleration = hz * (sim.state.motion[:, 0, 3:] - motions[:, 0, 3:])
+    known = Observer(params)
+    memory = known.fresh(worlds)
+    memory.motion[:], memory.drift[:] = motions[:, 0], 0.012 * np.exp(1j * heading)
+    known.expect(memory, np.zeros(worlds, complex), np.zeros(worlds))
+    np.testing.assert_allclose(memory.acceleration, acceleration, atol=2e-4)
+    assert (rms(acceleration, 0) > 0.01).all()
+
+
+@given(st.floats(-np.pi, np.pi), *[st.floats(-0.2, 0.2)] * 4, st.floats(-1.0, 1.0))
+def test_wrench_that_balances_the_drag_changes_nothing(heading, surge, sway, east, north, yaw_rate):
+    params = make_params()
+    vessel = params.hulls()[0]
+    linear, quadratic = water.coefficients([vessel])
+    through_water = np.array([[surge, sway, yaw_rate]])
+    drag = -water.damped(
+        np.zeros((1, 3)), through_water, linear, quadratic, np.zeros((1, 3)), np.ones((1, 3))
+    )[0]
+    known = Observer(params)
+    memory = known.fresh(1)
+    memory.drift[:] = east + 1j * north
+    velocity = memory.drift[0] + (surge + 1j * sway) * np.exp(1j * heading)
+    memory.motion[0] = [1.0, -2.0, heading, velocity.real, velocity.imag, yaw_rate]
+    known.expect(memory, np.array([drag[0] + 1j * drag[1]]), drag[2:])
+    np.testing.assert_allclose(memory.acceleration, 0.0, atol=1e-12)
+    known.expect(memory, np.array([drag[0] + 1j * drag[1]]) + 0.01, drag[2:] + 0.002)
+    ahead = 0.01 / vessel.total_mass * np.exp(1j * heading)
+    expected = [ahead.real, ahead.imag, 0.002 / vessel.total_inertia]
+    np.testing.assert_allclose(memory.acceleration[0], expected, atol=1e-12)
+
+
+# ---------------------------------------------------------------------- drift
+
+
+@pytest.mark.parametrize("scenario", NOISE)
+@pytest.mark.parametrize(("speed", "heading"), [(0.0, 0.0), (0.01, 0.0), (0.02, 2.1)])
+def test_drift_of_a_free_vessel_becomes_the_current(scenario, heading, speed):
+    """Boats that are off drift with the vessel, and do not come near it."""
+    stream = {"current": "uniform", "current_speed": speed, "current_heading": heading}
+    params = make_params(scenario=scenario, action_mode="thrusters", water=stream)
+    _, _, drift = watch(params, ticks=600, worlds=16)
+    error = drift[-100:] - speed * np.exp(1j * heading)
+    if params.sensors.exact:
+        assert np.abs(error).max() < 1e-4
+    else:
+        assert rms(error) < 0.003
+        assert abs(error.mean()) < 0.0015
+
+
+def test_drift_is_learnt_only_of_a_vessel_that_is_left_alone():
+    params = make_params("push", 2, "current")
+    sim, known = Simulation(params, 3), Observer(params)
+    sim.reset(seeds=range(3))
+    memory = known.fresh(3)
+    known.begin(sim.sensed, memory, np.ones(3, dtype=bool))
+    pushing = np.array([True, False, False])
+    touching = np.zeros((3, 2, 2), dtype=bool)
+    touching[1, 1, 0] = True
+    for _ in range(20):
+        known.expect(memory, np.zeros(3, complex), np.zeros(3))
+        moved = sim.sensed.measured.copy()
+        moved[:, 0, 0] += 0.01
+        moved[:, 0, 3] += 0.01
+        known.update(replace(sim.sensed, measured=moved, touching=touching), memory, pushing)
+    np.testing.assert_array_equal(memory.drift[:2], 0)
+    assert memory.drift[2].real > 0
+
+
+def test_other_boats_that_touch_each_other_do_not_matter():
+    params = make_params("push", 2, "current")
+    sim, known = Simulation(params, 1), Observer(params)
+    sim.reset(seeds=[0])
+    memory = known.fresh(1)
+    known.begin(sim.sensed, memory, np.ones(1, dtype=bool))
+    touching = np.zeros((1, 2, 2), dtype=bool)
+    touching[..., 1] = True
+    moved = sim.sensed.measured + 0.01
+    known.update(replace(sim.sensed, measured=moved, touching=touching), memory, touching[:, 0, 0])
+    assert memory.drift[0] != 0

@@ -1,0 +1,622 @@
+"""The paper's figures and table: files, statistics, and that drawings show the code's geometry."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from asv_env import Simulation, formation, make_params
+from asv_env.geometry import wrap
+from baselines import dubins, episodes, two_arc
+from baselines.arcs import advance
+from baselines.paper import ARRIVAL_TIME, IN_RANGE, PaperGains
+from baselines.policy import Idle
+from baselines.reproduce import (
+    __main__ as command,
+)
+from baselines.reproduce import (
+    approach,
+    artefact,
+    attribution,
+    claims,
+    contents,
+    definitions,
+    drawing,
+    page,
+    paths,
+    planners,
+    record,
+    runs,
+    states,
+    statistics,
+    style,
+    trials,
+)
+from baselines.reproduce.job import Job
+from baselines.route import RouteGains, Router
+from baselines.spiral import arc_length, exact_bearing_offset
+from baselines.trajectories import outline
+
+JOB = Job(seed=0, trials=3, episodes=4)
+ONLY = ["--only", "fig3", "fig5"]
+FILES = ["fig3.pdf", "fig3.png", "fig5.pdf", "fig5.png"]
+
+
+def run(*arguments):
+    command.main([str(argument) for argument in arguments])
+
+
+def contents_of(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def steady_code():
+    """The source may be edited while the tests run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(record, "code", lambda: "this")
+        yield
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, steady_code):
+    folder = tmp_path_factory.mktemp("reproduce")
+    run(*ONLY, "--out", folder)
+    return folder
+
+
+# ---------------------------------------------------------------- files
+
+
+def test_figures_are_written_as_picture_and_as_drawing(made):
+    assert sorted(contents_of(made)) == ["README.md", *FILES, "record.json"]
+    png, pdf = (made / "fig3.png").read_bytes(), (made / "fig3.pdf").read_bytes()
+    assert png.startswith(b"\x89PNG")
+    per_metre = int.from_bytes(png[png.index(b"pHYs") + 4 :][:4], "big")
+    assert per_metre == pytest.approx(200 / 0.0254, abs=1)
+    assert int.from_bytes(png[16:20], "big") <= 180 / 25.4 * 200
+    assert b"/CIDFontType2" in pdf  # TrueType: text stays text
+
+
+def test_what_is_there_is_kept(made, capsys):
+    before = {name: (made / name).stat().st_mtime_ns for name in FILES}
+    run(*ONLY, "--out", made)
+    assert "0 made, 2 kept" in capsys.readouterr().out
+    assert before == {name: (made / name).stat().st_mtime_ns for name in FILES}
+
+
+def test_other_options_overwrite_only_when_asked(made, tmp_path, capsys):
+    folder = tmp_path / "copy"
+    folder.mkdir()
+    for name, content in contents_of(made).items():
+        (folder / name).write_bytes(content)
+    with pytest.raises(SystemExit):
+        run("--only", "fig3", "--seed", 5, "--out", folder)
+    assert "--overwrite" in capsys.readouterr().err
+    assert contents_of(folder) == contents_of(made)
+    run("--only", "fig3", "--seed", 5, "--out", folder, "--overwrite")
+    entries = json.loads((folder / "record.json").read_text())
+    assert [entries[name]["options"]["seed"] for name in ("fig3", "fig5")] == [5, 0]
+
+
+def test_results_of_other_code_are_not_taken_for_those_of_this(made, monkeypatch, capsys):
+    monkeypatch.setattr(record, "code", lambda: "other")
+    with pytest.raises(SystemExit):
+        run("--only", "fig3", "--out", made)
+    assert "other code" in capsys.readouterr().err
+
+
+def test_the_fingerprint_follows_the_source(tmp_path):
+    prints = []
+    for text in ("a = 1\n", "a = 2\n", "a = 1\n"):
+        (tmp_path / "module.py").write_text(text)
+        prints.append(record.fingerprint([tmp_path]))
+    assert prints[0] == prints[2] != prints[1]
+
+
+@pytest.mark.parametrize("name", ["fig3.png", "README.md"])
+def test_a_file_that_was_there_before_is_not_replaced(name, tmp_path, capsys):
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(SystemExit):
+        run("--only", "fig3", "--out", tmp_path)
+    assert name in capsys.readouterr().err
+    assert contents_of(tmp_path) == {name: b"mine"}
+
+
+def test_a_run_that_was_stopped_goes_on(tmp_path, monkeypatch, capsys):
+    def stopped(self, product, stem):
+        stem.with_suffix(".png").write_text("half")
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setitem(
+            contents.ARTEFACTS, "fig5", type("Stopped", (artefact.Figure,), {"save": stopped})(
+                paths.correction, artefact.GEOMETRY
+            )
+        )  # fmt: skip
+        with pytest.raises(SystemExit, match="to go on"):
+            run(*ONLY, "--out", tmp_path)
+    first = (tmp_path / "fig3.png").stat().st_mtime_ns
+    run(*ONLY, "--out", tmp_path)
+    assert "1 made, 1 kept" in capsys.readouterr().out
+    assert (tmp_path / "fig3.png").stat().st_mtime_ns == first
+    assert (tmp_path / "fig5.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--only", "fig33"], "Did you mean 'fig3'"),
+        (["--seed", "-1"], "--seed -1"),
+        (["--trials", "0"], "--trials 0"),
+        (["--episodes", "0"], "--episodes 0"),
+    ],
+)
+def test_bad_options_are_refused_before_anything_is_made(arguments, message, tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        run(*arguments, "--out", tmp_path / "none")
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
+PAGE = f"Before.\n{page.START}\nold\n{page.END}\nAfter.\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "only", "message"),
+    [
+        (None, "table", "No such file"),
+        ("", "table", "once each"),
+        (PAGE + PAGE, "table", "once each"),
+        (f"{page.END}{page.START}", "table", "once each"),
+        (PAGE, "fig3", "add table to --only"),
+    ],
+)
+def test_a_page_that_cannot_take_the_table_is_refused(text, only, message, tmp_path, capsys):
+    path = tmp_path / "page.md"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(SystemExit):
+        run("--only", only, "--page", path, "--out", tmp_path / "none")
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
+def test_the_table_is_put_between_the_marks():
+    once = page.updated(PAGE, trials.table(JOB, STUDY))
+    assert once == page.updated(once, trials.table(JOB, STUDY))
+    assert once.startswith("Before.\n")
+    assert once.endswith(f"{page.END}\nAfter.\n")
+    assert "old" not in once
+    assert "| tank experiment (paper) | 12 | – | – | 4.88 ± 1.8 | -0.26 ± 0.44 |" in once
+    assert "| simulation, paper, nominal | 4 | 75% | 25% | 4 ± 3.61 | 0 ± 0.26 |" in once
+
+
+def test_out_that_is_a_file_is_refused(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SystemExit):
+        run("--out", tmp_path / "file")
+    assert "is a file" in capsys.readouterr().err
+
+
+def test_studies_come_before_what_needs_them():
+    assert list(contents.selection(["fig9", "fig10"])) == ["run8", "fig9", "trials", "fig10"]
+    names = list(contents.ARTEFACTS)
+    for name, thing in contents.ARTEFACTS.items():
+        assert all(names.index(need) < names.index(name) for need in thing.needs)
+
+
+def test_every_figure_and_table_says_what_it_shows_and_where_its_numbers_come_from():
+    text = contents.captions(contents.ARTEFACTS)
+    for name, thing in contents.ARTEFACTS.items():
+        assert thing.caption
+        assert (f"## {name}\n" in text) != isinstance(thing, artefact.Study)
+    assert "fig3" not in contents.captions(["fig4"])
+    assert "the paper's own numbers from its tank experiment" in text
+
+
+def test_captions_say_the_numbers_of_the_code():
+    def written(pose):
+        x, y, heading = pose
+        return f"{{{x:g} m, {y:g} m, {heading:g} rad}}"
+
+    said = {
+        "fig4": [
+            *(f"N = {approach.SWARM}", f"T = {approach.DURATION:g} s"),
+            *(f"{approach.ENSEMBLE} swarms", f"{100 * approach.NOISE_R:g} cm"),
+            f"{approach.NOISE_ALPHA:g} rad",
+        ],
+        "fig5": [written(paths.CORRECTED_GOAL), f"alpha_1 = {definitions.ALPHA1:g}"],
+        "fig6": [
+            *(f"variance {runs.VARIANCE:g}", written(runs.GOALS[0])),
+            *(f"T_goal = {ARRIVAL_TIME['thrusters']:g} s", f"{100 * PaperGains().fastest:g} cm/s"),
+        ],
+        "fig7": [written(goal) for goal in runs.GOALS],
+        "fig8": [written(runs.GOALS[0]), f"{100 * IN_RANGE:g} cm from the goal"],
+    }
+    for name, phrases in said.items():
+        caption = " ".join(contents.ARTEFACTS[name].caption.split())
+        assert [phrase for phrase in phrases if phrase not in caption] == []
+
+
+# ---------------------------------------------------------------- statistics
+
+
+def test_description_of_a_sample():
+    assert statistics.describe([1.0, 2.0, 3.0, 6.0]) == pytest.approx(
+        {"mean": 3.0, "sd": np.sqrt(14 / 3), "median": 2.5}
+    )
+    assert statistics.describe([4.0]) == {"mean": 4.0, "sd": None, "median": 4.0}
+    assert statistics.describe([]) == {"mean": None, "sd": None, "median": None}
+
+
+def test_interval_of_a_mean():
+    assert statistics.interval([2.0, 2.0, 2.0]) == (2.0, 2.0)
+    assert statistics.interval([2.0]) is None
+    sample = np.random.default_rng(1).normal(1.0, 0.5, 400)
+    low, high = statistics.interval(sample)
+    half = 1.96 * sample.std(ddof=1) / 20
+    assert (low, high) == pytest.approx((sample.mean() - half, sample.mean() + half), abs=0.01)
+
+
+def test_share():
+    assert statistics.share([True, False, False, True]) == 0.5
+    assert statistics.share([]) is None
+
+
+def row(distance, heading, closure=80.0, success=False):
+    return {
+        "min_position_error": distance,
+        "heading_error_at_min": heading,
+        "time_to_closure": closure,
+        "success": success,
+    }
+
+
+ROWS = [
+    row(0.01, 0.1, success=True),
+    row(9.0, 3.0, closure=None),
+    row(0.03, -0.3),
+    row(0.08, 0.2),
+    row(5.0, 1.0),
+]
+STUDY = {policy: dict.fromkeys(trials.SCENARIOS, ROWS) for policy in trials.COMPARED}
+
+
+def test_table_against_a_case_worked_by_hand():
+    paper, ours, *_ = trials.table(JOB, STUDY)["rows"]
+    assert paper["source"] == "tank experiment (paper)"
+    assert [paper["distance mean (cm)"], paper["distance sd (cm)"]] == [4.88, 1.8]
+    assert [paper["heading mean (rad)"], paper["heading sd (rad)"]] == [-0.26, 0.44]
+    assert paper["distance median (cm)"] is None
+    assert ours == pytest.approx(
+        {
+            "source": "simulation",
+            "policy": "paper",
+            "scenario": "nominal",
+            "trials": 4,
+            "closed": 0.75,
+            "delivered": 0.25,
+            "distance mean (cm)": 4.0,
+            "distance sd (cm)": np.sqrt((9 + 1 + 16) / 2),
+            "distance median (cm)": 3.0,
+            "heading mean (rad)": 0.0,
+            "heading sd (rad)": np.sqrt((0.01 + 0.09 + 0.04) / 2),
+            "heading median (rad)": 0.1,
+        }
+    )
+
+
+def test_figure_10_marks_the_trials_with_closure_and_their_means():
+    for column, values in ((0, [1.0, 3.0]), (1, [0.1, -0.3])):
+        panel = trials.figure(JOB, STUDY).axes[column]
+        paper, nominal, mean, *_ = panel.lines
+        np.testing.assert_array_equal(nominal.get_xdata(), [1, 3])
+        np.testing.assert_allclose(nominal.get_ydata(), values)
+        assert mean.get_ydata()[0] == pytest.approx(np.mean(values))
+        assert paper.get_ydata()[0] == (4.88, -0.26)[column]
+
+
+def test_table_as_text():
+    product = {"rows": [{"a": "x", "b": 0.12345, "c": None}, {"a": "y", "b": 7, "c": 2.0}]}
+    text = artefact.markdown({**product, "notes": ["Note."]})
+    assert text == "| a | b | c |\n| --- | --- | --- |\n| x | 0.123 | – |\n| y | 7 | 2 |\n\nNote.\n"
+
+
+def test_differences_are_paired():
+    first, second = statistics.rows_of({"a": {"m": [1.0, 5.0]}, "b": {"m": [2.0, 6.0]}})
+    assert (first["condition"], first["mean"], first["difference"]) == ("a", 3.0, None)
+    assert (second["condition"], second["mean"], second["its median"]) == ("b", 4.0, 1.0)
+    assert second["difference"] == "+1 [+1, +1]"
+
+
+def test_planners_are_compared_where_both_arrive():
+    def episode(time, distance):
+        columns = {"closure_lost": 0, "heading_error_at_min": -0.2, "path_length_ratio": 1.5}
+        return {
+            **columns,
+            "success": time is not None,
+            "time_to_goal": time,
+            "min_position_error": distance,
+        }
+
+    two = [episode(50.0, 0.01), episode(None, 0.5), episode(60.0, 0.02)]
+    one = [episode(40.0, 0.03), episode(70.0, 0.02), episode(None, 0.04)]
+    shown = {"lengths": {"0.2": {"alpha1 = 1": [1.0, None]}}, "episodes": {}}
+    for scenario in planners.SCENARIOS:
+        shown["episodes"][scenario] = {"two arcs": two, "Dubins": one}
+    table = planners.table(JOB, shown)
+    nominal = [row for row in table["rows"] if row["scenario"] == "nominal"]
+    rows = {(row["condition"], row["measure"]): row for row in nominal}
+    assert not any("|" in str(cell) for row in nominal for cell in row.values())
+    time, distance = (rows["Dubins", m] for m in ("time to delivery (s)", "smallest distance (cm)"))
+    assert (time["episodes"], time["mean"], time["its median"]) == (1, 40.0, -10.0)
+    assert (distance["episodes"], distance["median"]) == (3, 3.0)
+    assert distance["its median"] == pytest.approx(2.0)
+    assert rows["two arcs", "delivered"]["mean"] == pytest.approx(2 / 3)
+    assert rows["two arcs", "size of the heading error then (rad)"]["mean"] == pytest.approx(0.2)
+
+
+# ---------------------------------------------------------------- drawings
+
+
+def marks(axes):
+    """Points of all crosses on a panel."""
+    return np.concatenate([line.get_xydata() for line in axes.lines if line.get_marker() == "x"])
+
+
+def test_fig_1_shows_the_vessel_and_the_slots_of_the_code():
+    (axes,) = definitions.closure(JOB).axes
+    params = make_params("push")
+    outlines = [patch.get_xy()[:-1] for patch in axes.patches if hasattr(patch, "get_xy")]
+    np.testing.assert_allclose(outlines[0], params.vessel.outline)
+    slots = formation.slots(params, 4)
+    np.testing.assert_allclose(marks(axes), np.stack([slots.real, slots.imag], -1))
+    bows = [outline[np.argmin(outline[:, 1])][1] for outline in outlines[1:]]
+    np.testing.assert_allclose(bows, slots.imag - params.boat.length / 2)
+
+
+def test_fig_2_shows_the_centres_of_the_papers_goal():
+    _, axes = definitions.quantities(JOB).axes
+    known = [[0.57727235, 0], [-0.07284169, -1.01249262], [0.26537077, -0.48575793]]
+    np.testing.assert_allclose(marks(axes), known, atol=1e-8)
+
+
+def test_fig_2_shows_angles_that_fit_the_boat():
+    axes, _ = definitions.quantities(JOB).axes
+    x, y = definitions.EXAMPLE_BOAT
+    spiral = next(line for line in axes.lines if line.get_linestyle() == "--").get_xydata()
+    np.testing.assert_allclose(spiral[0], [x, y])
+    np.testing.assert_allclose(spiral[-1], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("theta", "sense"), [(0.7, 0), (2.9, 1)])
+def test_drawn_spiral_has_the_length_and_the_headings_of_the_equations(theta, sense):
+    points = approach.spiral_points(1.3, theta, 0.7, sense) @ [1, 1j]
+    steps = np.diff(points)
+    assert np.abs(steps).sum() == pytest.approx(float(arc_length(1.3, theta, 0.7)), rel=1e-4)
+    middle = (points[1:] + points[:-1])[:-20] / 2
+    offset = np.angle(steps[:-20] / -middle) * (1 - 2 * sense) * -1
+    expected = exact_bearing_offset(np.angle(middle), 0.7)
+    np.testing.assert_allclose(np.abs(offset), expected, atol=0.02)
+    assert np.sign(np.diff(np.unwrap(np.angle(middle))).sum()) == 2 * sense - 1
+
+
+def test_fig_5_corrects_a_first_arc_that_boats_cannot_push():
+    path = two_arc.plan(np.array(paths.CORRECTED_GOAL), definitions.ALPHA1)
+    wrong = paths.uncorrected_lengths(path)
+    assert wrong[0] < 0 < wrong[1]
+    assert (path.length > 0).all()
+    for lengths in (wrong, path.length):
+        pose = np.zeros(3)
+        for curvature, length in zip(path.curvature, lengths, strict=True):
+            pose = advance(pose, curvature, length)
+        np.testing.assert_allclose(pose[:2], paths.CORRECTED_GOAL[:2], atol=1e-9)
+        assert wrap(pose[2] - paths.CORRECTED_GOAL[2]) == pytest.approx(0, abs=1e-9)
+
+
+def test_maps_are_never_below_the_dubins_length():
+    for panel in paths.feasibility(JOB).axes[:8]:
+        ratio = panel.collections[0].get_array().compressed()
+        assert len(ratio) > 0.5 * paths.CELLS**2
+        assert ratio.min() > 1 - 1e-9
+
+
+def test_outlines_of_hulls_at_poses():
+    vessel = make_params().vessel
+    corners = outline(vessel, np.array([[1.0, 2.0, np.pi / 2], [0.0, 0.0, np.pi]]))
+    np.testing.assert_allclose(corners[0], np.array(vessel.outline) @ [[0, 1], [-1, 0]] + [1, 2])
+    np.testing.assert_allclose(corners[1], -np.array(vessel.outline), atol=1e-12)
+
+
+def test_every_boat_has_a_colour_of_its_own():
+    for team in (4, 8, 10):
+        assert len({tuple(np.atleast_1d(c)) for c in style.boat_colours(team)}) == team
+
+
+def test_poses_seen_from_a_frame():
+    frame, pose = np.array([0.3, -0.2, 2.0]), np.array([0.1, 0.4, -1.5])
+    seen = runs.in_frame(pose, frame)
+    point = drawing.pairs(np.array([seen[0] + 1j * seen[1]]) * np.exp(2j)) + frame[:2]
+    np.testing.assert_allclose(point[0], pose[:2])
+    assert wrap(seen[2] + 2.0) == pytest.approx(-1.5)
+
+
+def driven(closure):
+    """A run whose vessel drives the planned path exactly, as ``typical_run`` gives it."""
+    goal = np.array([0.55, -0.95, 0.1])
+    path = two_arc.plan(goal, definitions.ALPHA1)
+    way = path.pose_at(np.linspace(0, float(path.total_length), 58))
+    vessel = np.concatenate([np.zeros((10, 3)), way])
+    boats = np.stack([drawing.slots(make_params(), pose) for pose in vessel])
+    poses = np.concatenate([vessel[:, None], boats], axis=1)
+    return {
+        "closure": closure,
+        "times": (np.arange(len(poses)) / 5).tolist(),
+        "poses": poses.tolist(),
+        "goal": goal.tolist(),
+    }
+
+
+def test_states_of_a_run_are_found():
+    shown = runs.Run.read(driven(closure=2.0))
+    assert shown.closure == 10
+    np.testing.assert_allclose(shown.path.end[:2], [0.55, -0.95], atol=1e-9)
+    joint = shown.path.joints[1, :2]
+    assert np.hypot(*(shown.poses[shown.switch, 0, :2] - joint)) < 0.02
+    before, at = np.hypot(*(shown.poses[shown.stop - 1 : shown.stop + 1, 0, :2] - [0.55, -0.95]).T)
+    assert at < 0.2 <= before
+
+
+@pytest.mark.parametrize("closure", [2.0, None])
+def test_a_run_is_drawn_with_and_without_closure(closure):
+    figure = states.experiment_states(JOB, driven(closure))
+    assert len(figure.axes) == 6
+    drawn = figure.axes[5].patches[0].get_xy()[:-1]
+    expected = outline(make_params().vessel, np.array(driven(closure)["poses"][-1][0]))
+    np.testing.assert_allclose(drawn, expected)
+
+
+def test_shares_of_episodes_rise_by_one_episode_each():
+    axes = style.panels(80, 60)[1][0]
+    for values, points in (([3.0, None, 1.0, None], [[1, 0], [1, 0.25], [3, 0.5]]), ([None], [])):
+        planners.draw_shares(axes, values)
+        np.testing.assert_allclose(axes.lines[-1].get_xydata(), np.reshape(points, (-1, 2)))
+
+
+# ---------------------------------------------------------------- studies
+
+
+def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
+    simulation = Simulation(make_params(num_boats=50, start_distance=(3.0, 9.0), arena=20.0), 40)
+    simulation.reset(seeds=range(40))
+    seen = []
+
+    class Watch:
+        def act(self, sensed, observation, memory, fresh):
+            seen.append(sensed)
+
+    before = simulation.sensed.estimate.copy()
+    runs.NoisySight(Watch(), seed=0).act(simulation.sensed, None, None, None)
+    np.testing.assert_array_equal(simulation.sensed.estimate, before)
+    noise = seen[0].estimate - before
+    np.testing.assert_array_equal(noise[:, 0], 0.0)
+    np.testing.assert_array_equal(noise[..., 3:], 0.0)
+    noise = noise[:, 1:, :3].reshape(-1, 3)
+    noise[:, 2] = wrap(noise[:, 2])
+    # The relative deviation of a variance of n samples is sqrt(2 / n), here 3 %.
+    np.testing.assert_allclose(noise.var(axis=0), [0.05e-4, 0.05e-4, 0.05], rtol=0.12)
+
+
+def test_both_comparisons_of_planners_have_the_same_goals():
+    world = planners.world("nominal")
+    params = replace(world, task=replace(world.task, time_limit=0.2))
+    tracks = list(episodes.run(Idle, "idle", "nominal", params, range(3, 6), 3))
+    tracks.sort(key=lambda track: track.episode.seed)
+    expected = [track.goal for track in tracks]
+    np.testing.assert_array_equal(planners.goals(params, range(3, 6)), expected)
+
+
+def test_lengths_are_none_exactly_where_a_radius_is_too_small():
+    goals = planners.goals(planners.world("nominal"), range(40))
+    ratios = paths.lengths(goals, 0.2)
+    assert min(r for by in ratios.values() for r in by if r is not None) > 1 - 1e-9
+    for goal, one in zip(goals, ratios["alpha1 = 1"], strict=True):
+        path = two_arc.plan(goal, 1.0)
+        assert (one is None) == (np.abs(path.curvature).max() > 5)
+
+
+def test_planners_may_turn_as_tightly_as_the_scripted_policy_does():
+    params = planners.world("nominal")
+    goals = planners.goals(params, range(100))
+    router = Router(params.vessel, RouteGains())
+    own = router.plan(goals[:, 0] + 1j * goals[:, 1], goals[:, 2])
+    assert 1 / np.abs(own.curvature).max() == pytest.approx(planners.least_radius(params))
+
+
+@pytest.mark.parametrize("name", planners.PLANNERS)
+def test_the_policy_drives_the_paths_of_the_planner(name):
+    world = planners.world("nominal")
+    params = replace(world, task=replace(world.task, time_limit=20.0))
+    radius = planners.least_radius(params)
+    seen = []
+
+    def make(params):
+        policy = planners.PLANNERS[name](params)
+        act = policy.act
+
+        def watched(*arguments):
+            action, memory = act(*arguments)
+            seen.append(memory.push)
+            return action, memory
+
+        policy.act = watched
+        return policy
+
+    tracks = list(episodes.run(make, name, "nominal", params, range(6), 6))
+    goals = planners.goals(params, range(6))
+    expected = dubins.shortest(goals, radius)
+    if name == "two arcs":
+        arcs = two_arc.shortest(goals, radius)
+        able = two_arc.feasible(arcs, radius)
+        assert able.sum() > 0
+        np.testing.assert_allclose(seen[0].length[able, :2], arcs.length[able])
+        np.testing.assert_allclose(seen[0].length[able, 2:], 0.0)
+        expected, seen[0].length = expected[~able], seen[0].length[~able]
+    np.testing.assert_allclose(seen[0].length[:, :3], expected.length)
+    assert all(track.poses[-1, 0, :2] @ track.poses[-1, 0, :2] > 0.2**2 for track in tracks)
+
+
+def test_crossings_of_ways():
+    time = np.linspace(-1, 1, 12)[:, None]
+    ways = np.concatenate([time + 0j, 1j * time, 3 + time + 0.1j, 0.35 + 1j * time], axis=1)
+    poses = np.zeros((12, 5, 3))
+    poses[:, 1:, 0], poses[:, 1:, 1] = ways.real, ways.imag
+    assert attribution.crossings(poses) == 2
+    assert attribution.crossings(poses[:, [0, 1, 3]]) == 0
+
+
+def test_boat_off_its_circle():
+    turn = np.linspace(0, 1.5, 40)
+    centre, radius, end = 0.5, 0.5, 0.24
+    poses = np.zeros((40, 3, 3))
+    poses[:, 0, 2] = turn
+    way = centre - (radius - end) * np.exp(1j * turn)
+    way[turn > 0.5] -= 0.03 * np.exp(1j * turn[turn > 0.5])
+    way[turn > 1.2] += 9.0  # later than it is watched
+    poses[:, 1, 0], poses[:, 1, 1] = -0.24, 0.0
+    poses[:, 2, 0], poses[:, 2, 1] = way.real, way.imag
+    track = episodes.Track(None, poses, np.zeros(3))
+    assert claims.off_circle(track, radius, end) == pytest.approx(0.03)
+
+
+def test_role_of_the_dead_boat_is_the_one_that_it_has_in_the_simulation():
+    params = claims.broken_world()
+    simulation = Simulation(params, 12)
+    simulation.reset(seeds=range(12))
+    slots = simulation.state.slot.copy()
+    simulation.step(np.zeros((12, 4, 2)))
+    assert (simulation.state.working.sum(axis=1) == 3).all()
+    for seed in range(12):
+        dead = slots[seed][~simulation.state.working[seed]][0]
+        assert claims.role_of_dead(params, seed) == ("end" if abs(dead.real) > 0.2 else "inner")
+
+
+@pytest.mark.parametrize("condition", attribution.ATTRIBUTIONS)
+def test_boats_keep_their_targets_unless_re_attributed(condition):
+    params = make_params("approach")
+    simulation = Simulation(params, 12)
+    observation = simulation.reset(seeds=range(12))
+    policy, memory = attribution.ATTRIBUTIONS[condition](params), None
+    targets = []
+    for tick in range(60):
+        fresh = np.full(12, tick == 0)
+        action, memory = policy.act(simulation.sensed, observation, memory, fresh)
+        targets.append(memory.target.copy())
+        observation = simulation.step(action).observation
+    kept = condition.startswith("kept")
+    assert (targets[0] == targets[-1]).all() == kept
+    number = condition.endswith("numbers")
+    expected = formation.slots(params, 4) if number else simulation.state.slot
+    np.testing.assert_allclose(targets[0], np.broadcast_to(expected, (12, 4)))
