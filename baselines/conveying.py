@@ -37,6 +37,8 @@ LARGEST_PRESS = 0.6
 """Of a boat at an end towards the hull, rad, and
 ``LARGEST_LEAD``, of all that turns it off its slot's direction."""
 LARGEST_LEAD = 1.0
+UNCAGED_TURN = 0.1
+"""Heading error that costs as much as the others where no boat keeps the vessel from skidding."""
 SLOWEST = 0.02
 """Speed to which that of a boat is rounded up where a course follows from it, m/s."""
 WEAKEST = 1e-3
@@ -150,7 +152,9 @@ class Conveying:
         across, speed = self._vessel.sway, router.gains.speed
         self._full_drag = (across[0] + across[1] * speed) * speed
         self._caged = PreviewSteering(self._vessel, tolerances)
-        self._uncaged = PreviewSteering(self._vessel, replace(tolerances, force=0.0))
+        self._uncaged = PreviewSteering(
+            self._vessel, replace(tolerances, force=0.0, turn=UNCAGED_TURN)
+        )
 
     def fresh(self, worlds: int) -> PushMemory:
         """Memory to be filled by ``begin``."""
