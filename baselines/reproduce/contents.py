@@ -1,0 +1,62 @@
+"""The table of contents: all that a run makes, in the order in which it is made."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from baselines.reproduce import approach, claims, definitions, paths, planners, runs, states, trials
+from baselines.reproduce.artefact import (
+    BOTH,
+    GEOMETRY,
+    MODEL,
+    SIMULATION,
+    Artefact,
+    Figure,
+    Study,
+    Table,
+)
+
+ARTEFACTS: dict[str, Artefact] = {
+    "fig1": Figure(definitions.closure, GEOMETRY),
+    "fig2": Figure(definitions.quantities, GEOMETRY),
+    "fig3": Figure(approach.spiral, GEOMETRY),
+    "fig4": Figure(approach.swarm, MODEL),
+    "fig5": Figure(paths.correction, GEOMETRY),
+    "feasibility": Figure(paths.feasibility, GEOMETRY),
+    "run6": Study(runs.noisy_simulation, SIMULATION),
+    "fig6": Figure(states.simulation_states, SIMULATION, ("run6",)),
+    "run7": Study(runs.simulations, SIMULATION),
+    "fig7": Figure(states.complete_simulations, SIMULATION, ("run7",)),
+    "run8": Study(runs.experimental_run, SIMULATION),
+    "fig8": Figure(states.experiment_states, SIMULATION, ("run8",)),
+    "fig9": Figure(states.complete_experiment, SIMULATION, ("run8",)),
+    "trials": Study(trials.trials, SIMULATION),
+    "fig10": Figure(trials.figure, BOTH, ("trials",)),
+    "table": Table(trials.table, BOTH, ("trials",)),
+    "planners-study": Study(planners.compare, SIMULATION),
+    "planners": Figure(planners.figure, SIMULATION, ("planners-study",)),
+    "planners-table": Table(planners.table, SIMULATION, ("planners-study",)),
+    "claims-study": Study(claims.study, SIMULATION),
+    "claims": Table(claims.table, SIMULATION, ("claims-study",)),
+}
+INTRODUCTION = """\
+G. Sartoretti, S. Shaw and M. A. Hsieh, *Distributed Planar Manipulation in Fluidic Environments*;
+numbers of figures are theirs. Written by `python -m baselines.reproduce`: by which options, with
+which libraries, and by what state of the code, says `record.json`.
+"""
+
+
+def selection(names: list[str]) -> dict[str, Artefact]:
+    """The artefacts named, and the studies that they need before them."""
+    wanted = set(names) | {need for name in names for need in ARTEFACTS[name].needs}
+    return {name: artefact for name, artefact in ARTEFACTS.items() if name in wanted}
+
+
+def captions(names: Collection[str]) -> str:
+    """What figures and tables show and where their numbers come from, as a page of Markdown."""
+    parts = ["# The paper's figures and table, made anew\n", INTRODUCTION]
+    for name, artefact in ARTEFACTS.items():
+        if name in names and not isinstance(artefact, Study):
+            parts.append(f"## {name}\n\n{artefact.shown(name)}\n\n{artefact.caption}\n")
+            parts.append(f"Source: {artefact.source}.\n")
+    return "\n".join(parts)

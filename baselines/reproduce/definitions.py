@@ -1,0 +1,148 @@
+"""Figs. 1 and 2: conditional closure, and the quantities that the laws use."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from asv_env.params import EnvParams
+from asv_env.presets import make_params
+from baselines import two_arc
+from baselines.arcs import ArcPath
+from baselines.braitenberg import desired_heading, direction
+from baselines.evaluate import PAPER_GOAL
+from baselines.reproduce import drawing, style
+from baselines.reproduce.approach import spiral_points
+from baselines.reproduce.job import Job
+from baselines.spiral import angular_distance, bearing_offset
+
+ALPHA1 = 1.0
+"""The paper's angle of the first arc, rad."""
+SIGMA = 1.0
+"""The paper's decay of the spiral in its experiment, rad."""
+EXAMPLE_BOAT = (0.72, -0.26)
+"""Where the boat of Fig. 2 is, m."""
+EXAMPLE_RADIUS = 0.45
+"""Distance of the centre of rotation of Fig. 1 from the vessel's, m."""
+
+
+def closure(job: Job) -> Figure:
+    """Conditional closure of the vessel by four boats.
+
+    Blue crosses: slots; red: headings of the boats that hold them. The boats can push the vessel
+    along -n only, and turn it only about centres C on its long axis that lie outside it (solid
+    green; |rho| >= S_x/2), not about one within (dotted).
+    """
+    params = make_params("push")
+    figure, (axes,) = style.panels(style.COLUMN, 55.0)
+    _draw_closure(axes, params)
+    _draw_centres(axes, params.vessel.length / 2)
+    drawing.plane(axes)
+    axes.set(xlim=(-0.6, 0.6), ylim=(-0.4, 0.32))
+    return figure
+
+
+def _draw_closure(axes: Axes, params: EnvParams) -> None:
+    poses = drawing.slots(params, np.zeros(3))
+    drawing.hull(axes, params.vessel, np.zeros(3))
+    for pose in poses:
+        drawing.hull(axes, params.boat, pose, fc="none", lw=0.7)
+        drawing.arrow(
+            axes,
+            pose[:2],
+            drawing.ahead(pose, params.boat.length / 2),
+            color=style.VERMILLION,
+            mutation_scale=5.0,
+        )
+    drawing.crosses(axes, poses[:, :2], style.BLUE, 5.0)
+
+
+def _draw_centres(axes: Axes, half: float) -> None:
+    """Where centres of rotation may lie, and one of them."""
+    for side in (-1, 1):
+        axes.plot([side * half, side * 0.6], [0, 0], color=style.GREEN, lw=2.0, zorder=2)
+    axes.plot([-half, half], [0, 0], ":", color=style.VERMILLION, lw=1.2, zorder=4)
+    centre = np.array([EXAMPLE_RADIUS, 0.0])
+    axes.plot(*centre, "o", color=style.GREEN, ms=3.5, zorder=7)
+    drawing.label(axes, (EXAMPLE_RADIUS, 0.06), "C", style.GREEN)
+    arc = ArcPath(np.zeros(3), np.array([1 / EXAMPLE_RADIUS]), np.array([0.6 * EXAMPLE_RADIUS]))
+    way = drawing.path_points(arc)
+    axes.plot(*way.T, color=style.GREEN, lw=0.9, zorder=4)
+    drawing.arrow(axes, way[-8], way[-1], color=style.GREEN)
+    drawing.arrow(axes, (0, 0), (0, -0.2), color=style.BLACK)
+    drawing.label(axes, (-0.06, -0.2), "-n")
+    for x, text in ((half, "S_x/2"), (EXAMPLE_RADIUS, r"\rho")):
+        row = -0.3 if x == half else -0.36
+        drawing.arrow(axes, (0, row), (x, row), arrowstyle="<|-|>", lw=0.6, mutation_scale=5.0)
+        drawing.label(axes, (-0.06, row), text)
+        axes.plot([x, x], [row, 0], color=style.GREY, lw=0.4, zorder=1)
+
+
+def quantities(job: Job) -> Figure:
+    """Quantities of the approach and of the push.
+
+    (a) Approach with T = O, sigma = 1: the boat is at the angle alpha as seen from the target T,
+    theta away from the direction pi/2 in which it will stand off; the law of Eq. (3) (with its
+    phase corrected) turns it to the heading h, at the angle phi of Eq. (2) from the direction to
+    the target. Dashed: the spiral of Eq. (4). (b) Push to the paper's goal {0.55 m, -0.95 m,
+    0.1 rad} with alpha_1 = 1: centres C_1 and C_2, signed radii rho_1 and rho_2, switching point.
+    """
+    figure, (approach, push) = style.panels(
+        style.PAGE, 86.0, 1, 2, gridspec_kw={"width_ratios": (1.2, 1.0)}
+    )
+    params = make_params("push")
+    _draw_approach(approach, params)
+    _draw_push(push, params)
+    for axes in (approach, push):
+        drawing.plane(axes)
+    return figure
+
+
+def _draw_approach(axes: Axes, params: EnvParams) -> None:
+    x, y = EXAMPLE_BOAT
+    radius, alpha = float(np.hypot(x, y)), float(np.arctan2(y, x))
+    theta, phi = float(angular_distance(alpha, np.pi / 2)), float(bearing_offset(alpha, SIGMA))
+    sense = int(direction(x, 0.0))
+    heading = float(desired_heading(alpha, sense, phi))
+    pose = np.array([x, y, heading])
+
+    drawing.hull(axes, params.vessel, np.zeros(3), zorder=1)
+    axes.plot(*spiral_points(radius, theta, SIGMA, sense).T, "--", color=style.GREY)
+    axes.plot([0, x], [0, y], color=style.BLACK, lw=0.7)
+    axes.plot([0, 0.45], [0, 0], color=style.GREY, lw=0.5)
+    axes.plot([0, 0], [0, 0.45], color=style.GREY, lw=0.5)
+    axes.plot([x, x + 0.22], [y, y], color=style.GREY, lw=0.5)
+    drawing.hull(axes, params.boat, pose, fc=style.SKY)
+    drawing.arrow(axes, pose[:2], drawing.ahead(pose, 0.3), color=style.VERMILLION)
+    drawing.crosses(axes, (0, 0), style.BLUE, 6.0)
+    drawing.label(axes, (-0.05, -0.05), "T", style.BLUE)
+    drawing.angle(axes, (0, 0), 0.0, alpha, 0.33, r"\alpha")
+    drawing.angle(axes, (0, 0), np.pi / 2, -theta, 0.25, r"\theta", style.GREEN)
+    drawing.angle(axes, pose[:2], 0.0, heading, 0.13, "h", style.VERMILLION)
+    drawing.angle(axes, pose[:2], alpha + np.pi, heading - alpha - np.pi, 0.2, r"\phi")
+    drawing.label(axes, (x + 0.03, y - 0.12), "(x, y)")
+    axes.set(xlim=(-0.28, 1.05), ylim=(-0.5, 0.62))
+
+
+def _draw_push(axes: Axes, params: EnvParams) -> None:
+    path = two_arc.plan(np.array(PAPER_GOAL), ALPHA1)
+    joints, centres = path.joints, path.centres
+    drawing.hull(axes, params.vessel, joints[0])
+    drawing.hull(axes, params.vessel, joints[1], fc="none", ec=style.GREY, lw=0.6)
+    drawing.goal(axes, params, joints[2])
+    axes.plot(*drawing.path_points(path).T, color=style.BLUE, lw=1.4, zorder=6)
+    drawing.crosses(axes, np.concatenate([centres, joints[1:2, :2]]))
+    for k, (colour, names) in enumerate(
+        zip((style.GREEN, style.PURPLE), (("C_1", r"\alpha_1"), ("C_2", r"\alpha_2")), strict=True)
+    ):
+        radii = np.stack([joints[k, :2], centres[k], joints[k + 1, :2]])
+        axes.plot(*radii.T, color=colour, lw=0.7)
+        first = radii[0] - radii[1]
+        start = float(np.arctan2(first[1], first[0]))
+        drawing.angle(axes, centres[k], start, float(path.turn[k]), 0.15, names[1], colour)
+        drawing.label(axes, centres[k] + (0.08 * np.sign(path.curvature[k]), 0.0), names[0], colour)
+        aside = np.array([-first[1], first[0]]) * np.sign(path.turn[k]) / np.hypot(*first)
+        drawing.label(axes, radii[:2].mean(axis=0) - 0.06 * aside, rf"\rho_{k + 1}", colour)
+    drawing.label(axes, joints[1, :2] + (0.29, 0.06), "(x_1, y_1)")
+    axes.set(xlim=(-0.35, 0.95), ylim=(-1.2, 0.25))

@@ -1,0 +1,140 @@
+"""Fig. 5 and what lies beyond it: which poses two arcs reach, and how long they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from asv_env.geometry import wrap
+from asv_env.params import EnvParams
+from asv_env.presets import make_params
+from asv_env.types import Float
+from baselines import dubins, two_arc
+from baselines.arcs import ArcPath, advance
+from baselines.reproduce import drawing, style
+from baselines.reproduce.definitions import ALPHA1
+from baselines.reproduce.job import Job
+
+CORRECTED_GOAL = (0.0, 0.3, 1.6)
+"""A goal (m, m, rad) for which alpha_1 = 1 has to be corrected."""
+HEADINGS = ((0.1, "0.1"), (np.pi / 4, r"\pi/4"), (np.pi / 2, r"\pi/2"), (np.pi, r"\pi"))
+"""Final headings of the maps, rad, and how they are written."""
+REACH = 1.5
+"""Half the side of the maps, m."""
+CELLS = 150
+LONGEST = 10.0
+"""Length over the Dubins length at which the colours of the maps end."""
+
+
+def correction(job: Job) -> Figure:
+    """A path whose first arc must be corrected, and the corrected path.
+
+    Goal {0 m, 0.3 m, 1.6 rad}, alpha_1 = 1. (a) Without the rule of signs the vessel would have
+    to move towards +n on its first arc, where boats cannot push it (dotted). (b) The same centres
+    with alpha_1 - 2 pi (Eqs. (14) and (15); their test is inverted with respect to the paper's).
+    Black: start; grey: hulls on the way; red: goal; crosses: centres and switching point.
+    """
+    params = make_params("push")
+    path = two_arc.plan(np.array(CORRECTED_GOAL), ALPHA1)
+    figure, (wrong, right) = style.panels(style.PAGE, 88.0, 1, 2, sharex=True, sharey=True)
+    for axes, lengths in ((wrong, uncorrected_lengths(path)), (right, path.length)):
+        _draw_arcs(axes, params, path, lengths)
+        drawing.plane(axes)
+        axes.label_outer()
+    wrong.set(xlim=(-1.15, 0.5), ylim=(-0.75, 0.7))
+    return figure
+
+
+def uncorrected_lengths(path: ArcPath) -> Float:
+    """Signed lengths (n,) of the arcs before Eqs (14)-(15); below 0 the vessel moves towards +n."""
+    lengths: Float = wrap(path.turn) / path.curvature
+    return lengths
+
+
+def _draw_arcs(axes: Axes, params: EnvParams, path: ArcPath, lengths: Float) -> None:
+    pose = path.start
+    drawing.hull(axes, params.vessel, pose, ec=style.BLACK, zorder=2)
+    for curvature, length in zip(path.curvature, lengths, strict=True):
+        way = advance(pose, curvature, length * np.linspace(0.0, 1.0, drawing.STEPS))
+        legal = length >= 0
+        colour = style.BLUE if legal else style.VERMILLION
+        axes.plot(*way[:, :2].T, color=colour, ls="-" if legal else ":", lw=1.4, zorder=6)
+        middle = drawing.STEPS // 2
+        drawing.arrow(axes, way[middle - 1, :2], way[middle + 1, :2], color=colour)
+        for share in np.linspace(0.0, 1.0, 1 + max(1, round(abs(length) / 0.35)))[1:]:
+            still = advance(pose, curvature, share * length)
+            drawing.hull(axes, params.vessel, still, fc="none", ec=style.GREY, lw=0.4, zorder=1)
+        pose = way[-1]
+    drawing.goal(axes, params, CORRECTED_GOAL)
+    drawing.crosses(axes, np.concatenate([path.centres, path.joints[1:2, :2]]))
+
+
+def feasibility(job: Job) -> Figure:
+    """Poses that two arcs reach under conditional closure, by length.
+
+    Colour: length of the path over that of the Dubins path, radii of at least S_x/2 = 0.2 m; grey:
+    no such path. One column for each final heading h_f; the vessel starts at the origin. (a-d)
+    alpha_1 = 1 as in the paper. (e-h) alpha_1 chosen for the shortest path.
+    """
+    params = make_params("push")
+    least = params.vessel.length / 2
+    figure, axes = style.panels(style.PAGE, 96.0, 2, len(HEADINGS), sharex=True, sharey=True)
+    looks: dict[str, Any] = {"cmap": f"{style.MAP}_r", "rasterized": True}
+    for column, (heading, text) in enumerate(HEADINGS):
+        goals = grid(heading)
+        shortest = dubins.length(goals, least)
+        for row, path in enumerate((two_arc.plan(goals, ALPHA1), two_arc.shortest(goals, least))):
+            panel = axes[row * len(HEADINGS) + column]
+            ratio = np.where(two_arc.feasible(path, least), path.total_length / shortest, np.nan)
+            panel.set_facecolor(style.PALE)
+            cells = panel.pcolormesh(
+                goals[..., 0], goals[..., 1], ratio, norm=LogNorm(1.0, LONGEST), **looks
+            )
+            drawing.hull(panel, params.vessel, np.zeros(3), fc="none", lw=0.5)
+            drawing.plane(panel)
+            panel.label_outer()
+            panel.set_xticks([-1, 0, 1])
+            if row == 0:
+                panel.set_title(f"$h_f = {text}$")
+    bar = figure.colorbar(
+        cells, ax=axes, label="length / Dubins length", extend="max", pad=0.01, format="%g"
+    )
+    bar.set_ticks([1, 2, 5, 10], minor=False)
+    bar.minorticks_off()
+    return figure
+
+
+def grid(heading: float) -> Float:
+    """Goal poses (CELLS, CELLS, 3) over the plane; none lies at the start itself."""
+    steps = (np.arange(CELLS) + 0.5) * 2 * REACH / CELLS - REACH
+    x, y = np.meshgrid(steps, steps)
+    return np.stack([x, y, np.full_like(x, heading)], axis=-1)
+
+
+def lengths(goals: Float, min_radius: float) -> dict[str, Any]:
+    """How two arcs compare with the Dubins path, by geometry alone.
+
+    Args:
+        goals: (n, 3) in the vessel's frame, m, m, rad; no heading is exactly 0.
+        min_radius: m.
+
+    Returns:
+        For alpha_1 = 1 and for the shortest two arcs: ``ratio`` (n,) of the length to that of
+        the Dubins path, None where a radius is below the minimum.
+    """
+    shortest = dubins.length(goals, min_radius)
+    ratios = {}
+    for name, path in (
+        ("alpha1 = 1", two_arc.plan(goals, ALPHA1)),
+        ("alpha1 chosen", two_arc.shortest(goals, min_radius)),
+    ):
+        possible = two_arc.feasible(path, min_radius)
+        ratio = path.total_length / shortest
+        ratios[name] = [
+            float(value) if able else None for value, able in zip(ratio, possible, strict=True)
+        ]
+    return ratios

@@ -1,0 +1,232 @@
+"""Two arcs against the Dubins path: the comparison that the paper leaves to future work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from asv_env import scenarios
+from asv_env.params import EnvParams
+from asv_env.types import Complex, Float
+from baselines import dubins, two_arc
+from baselines.arcs import ArcPath
+from baselines.reproduce import paths, style
+from baselines.reproduce.job import Job
+from baselines.reproduce.statistics import rows_of
+from baselines.reproduce.worlds import MakePolicy, experiment, run
+from baselines.route import SEGMENTS, RouteGains, Router
+from baselines.scripted import ScriptedPolicy
+
+Planner = Callable[[Float, float], ArcPath]
+"""From goals (W, 3) in the vessel's frame and the least radius, m, to paths."""
+GOALS = 400
+"""Goals of the comparison by geometry; the first of them are also driven to."""
+TIME = 240.0
+"""Time limit, s: detours take longer than the task's own."""
+SCENARIOS = ("nominal", "noisy")
+MEASURES = {
+    "delivered": ("success", 1.0),
+    "time to delivery (s)": ("time_to_goal", 1.0),
+    "closure lost (times)": ("closure_lost", 1.0),
+    "smallest distance (cm)": ("min_position_error", 100.0),
+    "size of the heading error then (rad)": ("heading_error_at_min", 1.0),
+    "way / Dubins length": ("path_length_ratio", 1.0),
+}
+"""What is compared: column of an episode, factor."""
+
+
+# ---------------------------------------------------------------- the two planners
+
+
+def least_radius(params: EnvParams) -> float:
+    """Radius of the tightest arcs that the scripted policy drives, m: the least of both paths."""
+    gains = RouteGains()
+    return gains.radius * gains.tightest * params.vessel.length / 2
+
+
+def two_arcs(goals: Float, radius: float) -> ArcPath:
+    """The shortest two arcs to poses (W, 3), and Dubins paths where there are none."""
+    arcs, others = padded(two_arc.shortest(goals, radius)), dubins_paths(goals, radius)
+    able = two_arc.feasible(arcs, radius)[:, None]
+    return ArcPath(
+        arcs.start,
+        np.where(able, arcs.curvature, others.curvature),
+        np.where(able, arcs.length, others.length),
+    )
+
+
+def dubins_paths(goals: Float, radius: float) -> ArcPath:
+    """The Dubins paths to poses (W, 3)."""
+    return padded(dubins.shortest(goals, radius))
+
+
+def padded(path: ArcPath) -> ArcPath:
+    """The same paths (W,) with as many segments as the policy remembers."""
+    spare = ((0, 0), (0, SEGMENTS - path.length.shape[-1]))
+    return ArcPath(path.start, np.pad(path.curvature, spare), np.pad(path.length, spare))
+
+
+class Planned(Router):
+    """The scripted policy's timetable, on the paths of a planner.
+
+    Args:
+        params: of the environment.
+        planner: of the paths.
+    """
+
+    def __init__(self, params: EnvParams, planner: Planner) -> None:
+        vessel, _ = params.hulls()
+        super().__init__(vessel, RouteGains())
+        self._planner, self._radius = planner, least_radius(params)
+
+    def plan(self, goal: Complex, turn: Float) -> ArcPath:
+        """See ``Router.plan``."""
+        return self._planner(np.stack([goal.real, goal.imag, turn], axis=-1), self._radius)
+
+
+def driving(planner: Planner, params: EnvParams) -> ScriptedPolicy:
+    """The scripted policy on the paths of a planner."""
+    return ScriptedPolicy(params, router=Planned(params, planner))
+
+
+PLANNERS: dict[str, MakePolicy] = {
+    "two arcs": partial(driving, two_arcs),
+    "Dubins": partial(driving, dubins_paths),
+}
+
+
+# ---------------------------------------------------------------- the study
+
+
+def world(scenario: str) -> EnvParams:
+    """Pushes from a formed closure to goals drawn anew for each episode."""
+    return experiment("push", scenario=scenario, goal=None, time_limit=TIME)
+
+
+def goals(params: EnvParams, seeds: Sequence[int]) -> Float:
+    """Goals (n, 3) that the episodes with these seeds have, m, m, rad."""
+    return np.array([scenarios.draw(params, np.random.default_rng(s)).goal for s in seeds])
+
+
+def compare(job: Job) -> dict[str, Any]:
+    """Lengths by geometry for two minimal radii, and episodes by scenario and planner."""
+    params = world("nominal")
+    drawn = goals(params, job.seeds(GOALS))
+    radii = (params.vessel.length / 2, least_radius(params))
+    return {
+        "lengths": {f"{radius:.2g}": paths.lengths(drawn, radius) for radius in radii},
+        "episodes": {
+            scenario: {
+                name: [
+                    asdict(track.episode)
+                    for track in run(
+                        planner, world(scenario), job.seeds(job.episodes), f"{name}, {scenario}"
+                    )
+                ]
+                for name, planner in PLANNERS.items()
+            }
+            for scenario in SCENARIOS
+        },
+    }
+
+
+def figure(job: Job, study: dict[str, Any]) -> Figure:
+    """Two arcs against the Dubins path over goals drawn at random.
+
+    (a) Share of goals over the length of two arcs as a multiple of the Dubins length, both with
+    the minimal radius given; by geometry alone. Curves end below 1 where some goals cannot be
+    reached. (b) Share of episodes over the time to delivery and (c) over the smallest distance to
+    the goal, driven in simulation by the scripted policy from a formed closure; solid: exact
+    measurement, dashed: scenario "noisy"; the same goals for both planners.
+    """
+    drawn, (ratio, time, distance) = style.panels(style.PAGE, 62.0, 1, 3, sharey=True)
+    looks = [(colour, line) for line in ("-", "--") for colour in (style.PURPLE, style.BLUE)]
+    curves = [
+        (rf"{_written(name)}, $\rho \geq$ {radius} m", values)
+        for radius, by_choice in study["lengths"].items()
+        for name, values in by_choice.items()
+    ]
+    for (label, values), (colour, line) in zip(curves, looks, strict=True):
+        draw_shares(ratio, values, color=colour, ls=line, label=label)
+    ratio.set_xscale("log")
+    ratio.set(xlabel="length / Dubins length", ylabel="share", xlim=(1, 50), ylim=(0, 1.02))
+    ratio.set_xticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
+    ratio.minorticks_off()
+    for scenario, line in zip(SCENARIOS, ("-", "--"), strict=True):
+        for name, colour in zip(PLANNERS, style.SERIES, strict=False):
+            rows = study["episodes"][scenario][name]
+            label = f"{name}, {scenario}"
+            draw_shares(time, [row["time_to_goal"] for row in rows], color=colour, ls=line)
+            nearest = [100 * row["min_position_error"] for row in rows]
+            draw_shares(distance, nearest, color=colour, ls=line, label=label)
+    time.set_xlabel("time to delivery (s)")
+    distance.set_xlabel("smallest distance (cm)")
+    distance.set_xscale("log")
+    distance.xaxis.set_major_formatter("{x:g}")
+    style.legend(drawn, ratio, distance)
+    return drawn
+
+
+def _written(choice: str) -> str:
+    return choice.replace("alpha1", r"$\alpha_1$")
+
+
+def draw_shares(axes: Axes, values: Sequence[float | None], **line: Any) -> None:
+    """Share of all values that are at most so large; None counts as never."""
+    there = np.sort([value for value in values if value is not None])
+    rises = np.concatenate([there[:1], there])
+    axes.plot(rises, np.arange(len(rises)) / len(values), drawstyle="steps-post", **line)
+
+
+def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
+    """Two arcs against the Dubins path, driven in simulation.
+
+    Goals drawn at random, the same for both planners; from a formed closure.
+    """
+    rows = []
+    for scenario in SCENARIOS:
+        episodes = study["episodes"][scenario]
+        values: dict[str, dict[str, list[float]]] = {name: {} for name in episodes}
+        for measure in MEASURES:
+            both = zip(
+                *([_value(row, measure) for row in own] for own in episodes.values()), strict=True
+            )
+            pairs = [pair for pair in both if None not in pair]
+            for k, name in enumerate(episodes):
+                values[name][measure] = [pair[k] for pair in pairs]
+        rows += [{"scenario": scenario, **row} for row in rows_of(values)]
+    notes = [
+        "All rows are simulation, over the goals to which a measure applies with both paths. "
+        "Difference: Dubins less two arcs on the same goal, mean with its 95 % bootstrap interval, "
+        "and median. Radii of the paths are at least "
+        f"{list(study['lengths'])[-1]} m, the Dubins length is that for S_x/2; where no two arcs "
+        f"are feasible, both drive the Dubins path. Time limit {TIME:g} s.",
+        "By geometry: " + "; ".join(_lengths_in_words(study["lengths"])) + ".",
+    ]
+    return {"rows": rows, "notes": notes}
+
+
+def _value(row: dict[str, Any], measure: str) -> float | None:
+    column, factor = MEASURES[measure]
+    value = row[column]
+    if value is None:
+        return None
+    return factor * (abs(value) if column.startswith("heading") else value)
+
+
+def _lengths_in_words(lengths: dict[str, dict[str, list[float | None]]]) -> list[str]:
+    sentences = []
+    for radius, by_choice in lengths.items():
+        for name, ratios in by_choice.items():
+            there = [ratio for ratio in ratios if ratio is not None]
+            sentences.append(
+                f"{name}, radius >= {radius} m: {len(there) / len(ratios):.1%} of {len(ratios)} "
+                f"goals, median length {np.median(there):.3g} Dubins lengths"
+            )
+    return sentences

@@ -1,0 +1,173 @@
+"""The single runs that Figs. 6 to 9 show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from asv_env.geometry import wrap
+from asv_env.params import EnvParams
+from asv_env.types import Action, Bool, Float, Observation, Sensed
+from baselines import two_arc
+from baselines.arcs import ArcPath
+from baselines.episodes import TRACK_EVERY, Track
+from baselines.evaluate import PAPER_GOAL, POLICIES
+from baselines.paper import IN_RANGE
+from baselines.policy import Policy
+from baselines.reproduce.definitions import ALPHA1
+from baselines.reproduce.job import Job
+from baselines.reproduce.worlds import MakePolicy, experiment, run, simulation
+
+VARIANCE = 0.05
+"""Of the paper's noise, without a unit there: taken as rad^2 for angles and cm^2 for x and y."""
+GOALS = (PAPER_GOAL, (0.6, 0.7, -1.6))
+"""Of Fig. 7, m, m, rad: one below the vessel and one in y > 0."""
+PER_SECOND = 5
+"""Poses that are kept of a track."""
+
+
+class NoisySight:
+    """A policy whose boats see their own poses with white noise, fresh at each tick.
+
+    The paper disturbs the boats' angular positions and their x and y. In Eq. (3) the angular
+    position stands beside the heading, and so the noise of the angle is put on the heading.
+
+    Args:
+        policy: that is disturbed.
+        seed: of the noise.
+    """
+
+    def __init__(self, policy: Policy, seed: int) -> None:
+        self._policy = policy
+        self._rng = np.random.default_rng(seed)
+        self._deviation = np.sqrt(VARIANCE) * np.array([0.01, 0.01, 1.0])
+
+    def act(
+        self, sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
+    ) -> tuple[Action, Any]:
+        """See ``Policy.act``."""
+        seen = sensed.estimate.copy()
+        boats = seen[:, 1:, :3]
+        boats += self._deviation * self._rng.standard_normal(boats.shape)
+        boats[..., 2] = wrap(boats[..., 2])
+        return self._policy.act(replace(sensed, estimate=seen), observation, memory, fresh)
+
+
+def noisy_paper(seed: int) -> MakePolicy:
+    """The paper's policy with the noise of its simulation."""
+
+    def make(params: EnvParams) -> Policy:
+        return NoisySight(POLICIES["paper"](params), seed)
+
+    return make
+
+
+def noisy_simulation(job: Job) -> dict[str, Any]:
+    """A run of the paper's simulation: ten boats, noise on what they see of themselves."""
+    return typical_run(noisy_paper(job.seed), simulation(), job, "fig6")
+
+
+def simulations(job: Job) -> list[dict[str, Any]]:
+    """Runs of the paper's simulation with eight boats and without noise, one a goal of Fig. 7."""
+    return [
+        typical_run(POLICIES["paper"], simulation(num_boats=8, goal=goal), job, f"fig7 {goal}")
+        for goal in GOALS
+    ]
+
+
+def experimental_run(job: Job) -> dict[str, Any]:
+    """A run of the paper's experiment with four boats."""
+    return typical_run(POLICIES["paper"], experiment(), job, "figs 8, 9")
+
+
+def typical_run(make_policy: MakePolicy, params: EnvParams, job: Job, what: str) -> dict[str, Any]:
+    """The run of median smallest distance among the trials with closure, as plain values.
+
+    Returns:
+        ``seed``; ``trials`` and how many of them came to ``closed``; ``closure``, its time in s
+        or None; ``times`` (T,) s and ``poses`` (T, B, 3) m, m, rad, boats in the order of their
+        slots; ``goal`` (3,).
+    """
+    tracks = run(make_policy, params, job.seeds(job.trials), what)
+    closed = [track for track in tracks if track.episode.time_to_closure is not None]
+    chosen = sorted(closed or tracks, key=_smallest_distance)[len(closed or tracks) // 2]
+    step = TRACK_EVERY / params.clock.control
+    every = max(1, round(1 / (PER_SECOND * step)))
+    times, poses = np.arange(len(chosen.poses))[::every] * step, chosen.poses[::every]
+    closure = chosen.episode.time_to_closure
+    index = -1 if closure is None else int(np.searchsorted(times, closure))
+    order = [0, *(1 + np.argsort(in_frame(poses[index, 1:], poses[index, 0])[:, 0]))]
+    return {
+        "seed": chosen.episode.seed,
+        "trials": len(tracks),
+        "closed": len(closed),
+        "closure": closure,
+        "times": np.round(times, 3).tolist(),
+        "poses": np.round(poses[:, order], 4).tolist(),
+        "goal": chosen.goal.tolist(),
+    }
+
+
+def _smallest_distance(track: Track) -> float:
+    distance = track.episode.min_position_error
+    return np.inf if distance is None else distance
+
+
+@dataclass(frozen=True)
+class Run:
+    """A study's run, ready to be drawn.
+
+    Attributes:
+        times: (T,) s.
+        poses: (T, B, 3) m, m, rad.
+        goal: (3,) m, m, rad.
+        closure: index of the first pose with closure; the last pose if there is none.
+        path: planned at closure; None without closure.
+    """
+
+    times: Float
+    poses: Float
+    goal: Float
+    closure: int
+    path: ArcPath | None
+
+    @classmethod
+    def read(cls, study: dict[str, Any]) -> Run:
+        """From the plain values of ``typical_run``."""
+        times, poses, goal = (np.array(study[key]) for key in ("times", "poses", "goal"))
+        last = len(times) - 1
+        if study["closure"] is None:
+            return cls(times, poses, goal, last, None)
+        closure = min(int(np.searchsorted(times, study["closure"])), last)
+        plan = two_arc.plan(in_frame(goal, poses[closure, 0]), ALPHA1)
+        path = ArcPath(poses[closure, 0], plan.curvature, plan.length)
+        return cls(times, poses, goal, closure, path)
+
+    @property
+    def marks(self) -> Float:
+        """Centres of the circles and switching point (n, 2), m."""
+        if self.path is None:
+            return np.zeros((0, 2))
+        return np.concatenate([self.path.centres, self.path.joints[1:2, :2]])
+
+    @property
+    def switch(self) -> int:
+        """Index of the pose nearest to the switching point after closure."""
+        if self.path is None:
+            return self.closure
+        offset = self.poses[self.closure :, 0, :2] - self.path.joints[1, :2]
+        return self.closure + int(np.hypot(*offset.T).argmin())
+
+    @property
+    def stop(self) -> int:
+        """Index of the first pose after closure at which the goal is in range."""
+        offset = self.poses[self.closure :, 0, :2] - self.goal[:2]
+        return self.closure + int((np.hypot(*offset.T) < IN_RANGE).argmax())
+
+
+def in_frame(poses: Float, frame: Float) -> Float:
+    """Poses (..., 3) seen from a pose (3,)."""
+    offset = (poses[..., 0] - frame[0] + 1j * (poses[..., 1] - frame[1])) * np.exp(-1j * frame[2])
+    return np.stack([offset.real, offset.imag, wrap(poses[..., 2] - frame[2])], axis=-1)

@@ -1,0 +1,88 @@
+"""The look of all figures: sizes, fonts, colours, and how a figure is saved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+COLUMN, PAGE = 88.0, 180.0
+"""Widths of one and of two columns of a journal, mm."""
+INCH = 25.4
+DPI = 200
+SUFFIXES = (".png", ".pdf")
+
+# Okabe and Ito's colours, told apart by colour-blind readers too.
+BLACK, GREY, PALE = "#000000", "#7f7f7f", "#d9d9d9"
+BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
+SKY, VERMILLION = "#56B4E9", "#D55E00"
+SERIES = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY)
+MAP = "viridis"
+
+_SETTINGS: dict[str, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 8.0,
+    "axes.labelsize": 8.0,
+    "axes.titlesize": 8.0,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "legend.fontsize": 7.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.0,
+    "patch.linewidth": 0.8,
+    "savefig.dpi": DPI,
+    "savefig.bbox": "tight",  # without the margin that maps of one scale leave
+    "savefig.pad_inches": 0.02,
+    "pdf.fonttype": 42,  # fonts are embedded as outlines that stay text
+}
+
+
+def applied() -> AbstractContextManager[None]:
+    """The context in which figures are made and saved."""
+    return matplotlib.rc_context(_SETTINGS)  # type: ignore[arg-type]
+
+
+def panels(
+    width: float, height: float, rows: int = 1, columns: int = 1, **subplots: Any
+) -> tuple[Figure, list[Axes]]:
+    """A figure of ``width`` x ``height`` mm and its panels, row by row, lettered if several."""
+    figure = Figure(figsize=(width / INCH, height / INCH), layout="compressed")
+    axes = list(figure.subplots(rows, columns, squeeze=False, **subplots).flat)
+    if len(axes) > 1:
+        for letter, panel in zip("abcdefghijklmnop", axes, strict=False):
+            panel.set_title(f"({letter})", loc="left")
+    return figure, axes
+
+
+def legend(figure: Figure, *axes: Axes) -> None:
+    """The legend of some panels, above all of them."""
+    entries = [panel.get_legend_handles_labels() for panel in axes]
+    handles: list[Any] = [handle for entry in entries for handle in entry[0]]
+    labels: list[Any] = [label for entry in entries for label in entry[1]]
+    columns = len(labels) if len(labels) < 5 else len(labels) // 2
+    above: Any = "outside upper center"  # which the stubs do not know
+    figure.legend(handles, labels, loc=above, ncols=columns)
+
+
+def save(figure: Figure, stem: Path) -> None:
+    """Saves a figure as PNG and as PDF, without the time, so that equal figures are equal files."""
+    figure.savefig(stem.with_suffix(".png"))
+    figure.savefig(stem.with_suffix(".pdf"), metadata={"CreationDate": None})
+
+
+def boat_colours(team: int) -> Sequence[Any]:
+    """A colour for each boat, in the order of their slots along the hull."""
+    if team <= len(SERIES):
+        return SERIES[:team]
+    return list(matplotlib.colormaps[MAP](np.linspace(0.0, 0.9, team)))
