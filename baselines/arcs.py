@@ -12,9 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from asv_env.geometry import direction, wrap
 from asv_env.types import Complex, Float
 from baselines.checks import finite, finite_poses, not_negative
-from baselines.checks import positive as positive
-
-Array = Float
 
 
 def advance(pose: ArrayLike, curvature: ArrayLike, distance: ArrayLike) -> Float:
