@@ -73,14 +73,7 @@ class Sensors:
         self.measured = self._noisy(np.arange(len(motion)), motion)
         pose, rate = self.estimate[..., :3], self.estimate[..., 3:]
         pose = pose + self._dt * rate
-        pose_lacks = self.measured[..., :3] - pose
-        pose_lacks[..., 2] = wrap(pose_lacks[..., 2])
-        rate_lacks = self.measured[..., 3:] - rate
-        (from_pose, from_rate), (to_rate, own) = self._gain
-        pose = pose + from_pose * pose_lacks + from_rate * rate_lacks
-        pose[..., 2] = wrap(pose[..., 2])
-        rate = rate + to_rate * pose_lacks + own * rate_lacks
-        self.estimate = np.concatenate([pose, rate], axis=-1)
+        self.estimate, _ = corrected(pose, rate, self.measured, self._gain)
 
     def _axes_gain(self, acceleration: float, yaw_acceleration: float) -> Float:
         """Filter gain (2, 2, 3) of one hull's axes x, y and heading."""
@@ -107,6 +100,29 @@ class Sensors:
         self._drawn[index] += 1
         noisy[..., 2] = wrap(noisy[..., 2])
         return noisy
+
+
+def corrected(pose: Float, rate: Float, measured: Float, gain: Float) -> tuple[Float, Float]:
+    """A predicted motion, corrected by its measurement.
+
+    Args:
+        pose: (..., 3) predicted.
+        rate: (..., 3) predicted.
+        measured: (..., 6) motion.
+        gain: (2, 2, ..., 3) what (pose, rate) take of the innovations of (pose, rate).
+
+    Returns:
+        (..., 6) corrected motion, heading wrapped; (..., 6) the innovations.
+    """
+    pose_lacks = measured[..., :3] - pose
+    pose_lacks[..., 2] = wrap(pose_lacks[..., 2])
+    rate_lacks = measured[..., 3:] - rate
+    (own, from_rate), (to_rate, rates) = gain
+    pose = pose + own * pose_lacks + from_rate * rate_lacks
+    pose[..., 2] = wrap(pose[..., 2])
+    rate = rate + to_rate * pose_lacks + rates * rate_lacks
+    motion = np.concatenate([pose, rate], axis=-1)
+    return motion, np.concatenate([pose_lacks, rate_lacks], axis=-1)
 
 
 def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: float) -> Float:

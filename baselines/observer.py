@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from asv_env.geometry import plane, wrap
+from asv_env.geometry import plane
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.sensors import steady_gain
+from asv_env.sensors import corrected, steady_gain
 from asv_env.types import Bool, Complex, Float, Sensed
 
 ACCELERATION = 0.01
@@ -88,20 +88,13 @@ class Observer:
         The drift is learnt only where the team does not push (``pushing``, (W,)) and no boat
         touches the vessel: contact is modelled too roughly to tell a current from it.
         """
-        dt, measured = self._dt, sensed.measured[:, 0]
+        dt = self._dt
         rate = memory.motion[:, 3:] + dt * memory.acceleration
         pose = memory.motion[:, :3] + dt / 2 * (memory.motion[:, 3:] + rate)
-        pose_lacks = measured[:, :3] - pose
-        pose_lacks[:, 2] = wrap(pose_lacks[:, 2])
-        rate_lacks = measured[:, 3:] - rate
-        (own, from_rate), (to_rate, rates) = self._gains
-        pose = pose + own * pose_lacks + from_rate * rate_lacks
-        pose[:, 2] = wrap(pose[:, 2])
-        rate = rate + to_rate * pose_lacks + rates * rate_lacks
-        memory.motion = np.concatenate([pose, rate], axis=-1)
+        memory.motion, lacks = corrected(pose, rate, sensed.measured[:, 0], self._gains)
         free = ~(pushing | sensed.touching[..., 0].any(axis=1))
         by_pose, by_rate = self._drift_gain
-        learnt = by_pose * plane(pose_lacks) + by_rate * plane(rate_lacks)
+        learnt = by_pose * plane(lacks) + by_rate * plane(lacks, 3)
         memory.drift = memory.drift + free * learnt
 
     def expect(self, memory: VesselMemory, force: Complex, moment: Float) -> None:

@@ -27,7 +27,7 @@ import numpy as np
 
 from asv_env.formation import Relations, assign, relate
 from asv_env.geometry import direction, mirrored, wrap
-from asv_env.params import NOMINAL_LENGTH, TINY, EnvParams, HullParams
+from asv_env.params import NOMINAL_LENGTH, TINY, EnvParams
 from asv_env.thrusters import MIX
 from asv_env.tracking import SCALE, Loops
 from asv_env.types import (
@@ -44,6 +44,7 @@ from asv_env.types import (
 )
 from baselines import braitenberg, pushing, two_arc
 from baselines.checks import finite, positive
+from baselines.coasting import coasting_speed
 from baselines.spiral import angular_distance, approach_speed, arc_length, bearing_offset
 
 Attribution = Callable[[Complex, Complex, Bool, Complex], Complex]
@@ -312,17 +313,6 @@ def nearest(boat: Complex, slot: Complex, working: Bool, before: Complex) -> Com
         points = slot[world, works]
         target[world, works] = points[assign(boat[world, works], points)]
     return target
-
-
-def coasting_speed(hull: HullParams, way: float) -> float:
-    """Speed, m/s, from which a hull that moves sideways comes to rest after a way in m.
-
-    With drag (Y + Yv |v|) v and mass m that way is m / Yv ln(1 + v Yv / Y).
-    """
-    linear, quadratic = hull.sway
-    if quadratic == 0:
-        return way * linear / hull.total_mass
-    return float(linear / quadratic * np.expm1(way * quadratic / hull.total_mass))
 
 
 def _blank(worlds: int, team: int) -> Memory:

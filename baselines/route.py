@@ -11,6 +11,7 @@ from asv_env.params import VesselParams
 from asv_env.types import Complex, Float
 from baselines import dubins
 from baselines.arcs import ArcPath
+from baselines.coasting import coasting_speed, way_to_rest
 
 SEGMENTS = 4
 """Of the paths."""
@@ -63,7 +64,7 @@ class Router:
                 "rest, and the scripted policy cannot stop it; give a value above 0"
             )
         self._vessel, self.gains = vessel, gains
-        self._beyond = self._way_to_rest(gains.passing / gains.braking)
+        self._beyond = way_to_rest(vessel, gains.passing / gains.braking)
         way = np.linspace(0.0, FARTHEST * vessel.length, 5000)
         slowness = 1.0 / self.speed(way)
         steps = np.diff(way) * (slowness[1:] + slowness[:-1]) / 2
@@ -97,27 +98,9 @@ class Router:
         Nobody can brake it: it is led to rest a little beyond the goal at a share of the speed at
         which it would coast there.
         """
-        coasting = self._coasting(np.maximum(left + self._beyond, 0.0))
+        coasting = coasting_speed(self._vessel, np.maximum(left + self._beyond, 0.0))
         return np.minimum(self.gains.speed, self.gains.braking * coasting)
 
     def time(self, left: Float) -> Float:
         """Time (...) s that the vessel takes for the way (...) in m that is left."""
         return np.interp(left, *self._timetable)
-
-    def _coasting(self, way: Float) -> Float:
-        """Speed (...) from which the vessel comes to rest after a way (...) in m.
-
-        With drag (Y + Yv |v|) v and mass m the way to rest is m/Yv ln(1 + v Yv / Y).
-        """
-        linear, quadratic = self._vessel.sway
-        if quadratic == 0:
-            return way * linear / self._vessel.total_mass
-        exponent = np.minimum(way * quadratic / self._vessel.total_mass, 100.0)  # of any length
-        return linear / quadratic * np.expm1(exponent)
-
-    def _way_to_rest(self, speed: float) -> float:
-        """Inverse of ``_coasting``."""
-        linear, quadratic = self._vessel.sway
-        if quadratic == 0:
-            return speed * self._vessel.total_mass / linear
-        return self._vessel.total_mass / quadratic * float(np.log1p(speed * quadratic / linear))

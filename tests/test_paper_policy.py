@@ -16,7 +16,8 @@ from asv_env.formation import slots
 from asv_env.tracking import FULL_SPEED, FULL_YAW_RATE
 from asv_env.types import rows
 from baselines import episodes
-from baselines.paper import IN_RANGE, PaperGains, PaperPolicy, coasting_speed
+from baselines.coasting import coasting_speed
+from baselines.paper import IN_RANGE, PaperGains, PaperPolicy
 
 GOAL = (0.55, -0.95, 0.1)
 CENTRE = 0.57727235
