@@ -25,7 +25,10 @@ FAST = 4.0
 FINE = 0.1
 """Distance at which the magnified features saturate, m."""
 NEIGHBOURS = 4
+NEIGHBOUR_NAMES = ["x", "y", "vx", "vy", "present"]
 NEIGHBOUR_BOUNDS = [FAR, FAR, FAST, FAST, 1.0]
+VERSION = 1
+"""Of what the columns mean: another one wherever a trained policy would be misled."""
 
 
 @dataclass
@@ -94,6 +97,12 @@ BOUND = np.array(
     dtype=np.float32,
 )
 """(K,) every observation lies within +-BOUND: vectors, scalars, then the nearest boats."""
+NAMES = (
+    *(f"{feature.name}, {axis}" for feature in VECTORS for axis in "xy"),
+    *(feature.name for feature in SCALARS),
+    *(f"boat {k + 1} from here, {name}" for k in range(NEIGHBOURS) for name in NEIGHBOUR_NAMES),
+)
+"""(K,) what the columns of an observation are."""
 
 
 def observe(sensed: Sensed, relations: Relations, holds: Bool, params: EnvParams) -> Observation:

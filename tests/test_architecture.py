@@ -21,7 +21,7 @@ LAYERS = (GROUND, MIDDLE, TOP)
 ONLY_IN = {
     "pymunk": {"asv_env/basin.py"},
     "pygame": {"asv_env/render.py"},
-    "stable_baselines3": {"asv_env/sb3_env.py"},
+    "stable_baselines3": {"asv_env/sb3_env.py", "baselines/sb3_policy.py"},
     "ray": {"asv_env/rllib_env.py"},
     "torch": {"asv_env/sb3_env.py"},
 }

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from baselines import evaluate
+from baselines.evaluate.results import read_csv
 from baselines.reproduce.page import updated
 
 ROOT = Path(__file__).parents[1]
@@ -13,7 +15,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SHORTER = {"1_000_000": "512", "num_envs=64": "num_envs=4", "n_steps=128": "n_steps=16"}
 BLOCKS = [
     pytest.param(block, id=f"{name}-{number}")
-    for name in ("README.md", "docs/learning.md", "docs/paper.md")
+    for name in ("README.md", "docs/learning.md", "docs/paper.md", "docs/policies.md")
     for number, block in enumerate(
         re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL)
     )
@@ -27,6 +29,18 @@ def test_code_block_runs(block, tmp_path, monkeypatch):
     for long, short in SHORTER.items():
         block = block.replace(long, short)
     exec(compile(block, "document", "exec"), {})
+
+
+def test_the_policy_of_the_page_meets_the_baselines_as_it_says(tmp_path, monkeypatch, capsys):
+    page = (ROOT / "docs/policies.md").read_text()
+    policy = re.search(r"```python\n(.*?)```", page, re.DOTALL)[1]
+    command = re.search(r"python -m baselines.evaluate (.*mine:ToSlot)", page)[1]
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    Path("mine.py").write_text(policy)
+    evaluate.main([*command.split(), "--episodes", "2"])
+    assert "ToSlot" in capsys.readouterr().out
+    assert len(read_csv(Path("runs/quick-v1-approach/episodes.csv"))) == 2 * 2 * 3
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])

@@ -1,33 +1,86 @@
-"""The evaluation script, from the command line to its files."""
+"""The evaluation, from the command line to its files."""
 
-import csv
 import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from asv_env import Simulation, make_params
-from baselines import dubins, episodes, evaluate, film
-from baselines.policy import Idle, Random
-from baselines.scripted import ScriptedPolicy
+from asv_env import make_params
+from baselines import episodes, evaluate, film, network
+from baselines.episodes import COLUMNS, Label
+from baselines.evaluate import command, recording
+from baselines.evaluate.entrants import Source
+from baselines.evaluate.results import read_csv
+from baselines.evaluate.store import NAME as STORE
+from baselines.evaluate.store import Series
+from baselines.evaluate.suites import SUITES, Arm
+from baselines.evaluate.workers import Job
+from baselines.evaluate.workers import run as run_jobs
+from baselines.policy import Idle
 
-POLICIES = ("scripted", "idle")
-COLUMNS = [
-    *("seed", "policy", "task", "scenario", "num_boats", "success"),
-    *("position_error", "heading_error", "min_position_error", "heading_error_at_min"),
-    *("time_to_closure", "closure_spread", "time_to_goal", "path_length_ratio"),
-    *("effort", "collisions", "closure_lost", "episode_return"),
-]
-SHORT = ["--task", "push", "--episodes", "3", "--num-envs", "2"]
+SHORT = ["--task", "push", "--episodes", "3", "--num-envs", "2", "--workers", "0"]
+BROKEN = Path(__file__).parent / "broken_policies.py"
 
 
 def run(*arguments):
     evaluate.main([str(argument) for argument in arguments])
 
 
-def read(folder):
-    with (folder / "episodes.csv").open() as file:
-        return list(csv.DictReader(file))
+def rows(folder):
+    return read_csv(folder / "episodes.csv")
+
+
+def refused(capsys, *arguments):
+    """What the command line says when it refuses."""
+    with pytest.raises(SystemExit) as stopped:
+        run(*arguments)
+    assert stopped.value.code == 2
+    return capsys.readouterr().err
+
+
+@pytest.fixture(autouse=True)
+def no_report(request, monkeypatch):
+    """Drawing takes longer than these episodes; ``test_report`` looks at reports."""
+    if "results" not in request.fixturenames:
+        monkeypatch.setattr("baselines.evaluate.report.write", lambda *arguments: [])
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Policies in files, as they come from training, but untrained."""
+    from stable_baselines3 import PPO
+
+    from asv_env.sb3_env import BoatVecEnv
+
+    folder = tmp_path_factory.mktemp("policies")
+    for seed in (0, 1):
+        rng = np.random.default_rng(seed)
+        layers = [(rng.normal(size=(n, m)), rng.normal(size=m)) for n, m in [(47, 32), (32, 2)]]
+        network.save(folder / f"net{seed}.npz", layers, network.About(decide_every=2))
+    PPO("MlpPolicy", BoatVecEnv("push", num_envs=1), device="cpu").save(folder / "model.zip")
+    return folder
+
+
+@pytest.fixture
+def network_file(files):
+    return files / "net0.npz"
+
+
+@pytest.fixture
+def other_network_file(files):
+    return files / "net1.npz"
+
+
+@pytest.fixture
+def sb3_file(files):
+    return files / "model.zip"
 
 
 @pytest.fixture(scope="module")
@@ -37,113 +90,386 @@ def results(tmp_path_factory):
     return folder
 
 
-def test_every_policy_meets_the_same_seeds(results):
-    rows = read(results)
-    seeds = {name: [int(r["seed"]) for r in rows if r["policy"] == name] for name in POLICIES}
-    assert seeds == {"scripted": [7, 8, 9], "idle": [7, 8, 9]}
+# ---------------------------------------------------------------- files
 
 
-def test_columns_are_the_published_ones_and_empty_where_they_do_not_apply(results):
-    rows = read(results)
-    assert list(rows[0]) == COLUMNS
-    idle = next(row for row in rows if row["policy"] == "idle")
-    assert idle["success"] == "False"
-    assert idle["time_to_goal"] == ""
-    assert idle["time_to_closure"] == ""
-    assert float(idle["position_error"]) == pytest.approx(np.hypot(0.55, 0.95))
-    assert float(idle["heading_error"]) == pytest.approx(-0.1)
-    assert float(idle["path_length_ratio"]) == 0.0
+def test_every_policy_meets_the_same_seeds_in_order(results):
+    assert [(row.policy, row.seed) for row in rows(results)] == [
+        (policy, seed) for policy in ("scripted", "idle") for seed in (7, 8, 9)
+    ]
+
+
+def test_columns_are_empty_where_they_do_not_apply(results):
+    assert (results / "episodes.csv").read_text().splitlines()[0] == ",".join(COLUMNS)
+    idle = next(row for row in rows(results) if row.policy == "idle")
+    assert not idle.success
+    assert idle.cause == "never near"
+    assert idle.time_to_goal is None
+    assert idle.time_to_closure is None
+    assert idle.training_seed is None
+    assert idle.position_error == pytest.approx(np.hypot(0.55, 0.95))
+    assert idle.heading_error == pytest.approx(-0.1)
+    assert idle.path_length_ratio == 0.0
+    assert idle.duration == 120.0
+    assert (idle.goal_x, idle.goal_y, idle.goal_heading) == (0.55, -0.95, 0.1)
 
 
 def test_summary_agrees_with_the_rows(results):
-    summary = json.loads((results / "summary.json").read_text())["policies"]
-    for name in POLICIES:
-        rows = [row for row in read(results) if row["policy"] == name]
-        assert summary[name]["success"] == np.mean([row["success"] == "True" for row in rows])
-        returns = [float(row["episode_return"]) for row in rows]
-        assert summary[name]["episode_return"]["mean"] == pytest.approx(np.mean(returns))
-        low, high = summary[name]["success_interval"]
-        assert low <= summary[name]["success"] <= high
+    (arm,) = json.loads((results / "summary.json").read_text())["arms"].values()
+    for name in ("scripted", "idle"):
+        own = [row for row in rows(results) if row.policy == name]
+        summary = arm["policies"][name]
+        assert summary["success"]["value"] == np.mean([row.success for row in own])
+        assert summary["causes"] == ({"never near": 3} if name == "idle" else {})
+        mean = np.mean([row.effort for row in own])
+        assert summary["effort"]["mean"]["value"] == pytest.approx(mean)
+        errors = np.abs([row.heading_error for row in own])
+        assert summary["heading_error"]["median"] == pytest.approx(np.median(errors))
+    compared = arm["comparisons"]["idle"]
+    assert compared["success"]["value"] == -1.0
+    assert compared["improvement"]["value"] == 0.0
+    assert compared["mcnemar"] == pytest.approx(0.25)  # three of three: 2 / 2^3
 
 
-def test_picture_is_written(results):
-    assert (results / "trajectories.png").read_bytes().startswith(b"\x89PNG")
+def test_files_are_left_as_the_command_says(results):
+    assert all((results / name).exists() for name in command.FILES)
 
 
-def test_nothing_is_overwritten_unless_asked(results, capsys):
-    before = (results / "episodes.csv").read_bytes()
-    with pytest.raises(SystemExit):
-        run(*SHORT, "--policies", "idle", "--out", results)
-    assert "--overwrite" in capsys.readouterr().err
-    assert (results / "episodes.csv").read_bytes() == before
+# ---------------------------------------------------------------- to go on
+
+
+def test_what_is_there_is_kept_and_only_what_is_new_is_run(tmp_path, capsys):
+    run(*SHORT, "--policies", "idle", "--out", tmp_path)
+    before = rows(tmp_path)
+    with sqlite3.connect(tmp_path / STORE) as base:  # as a mark that it is not run again
+        base.execute("UPDATE episode SET row = replace(row, '\"effort\": 0.0', '\"effort\": 7.0')")
+    run(*SHORT, "--policies", "idle", "random", "--episodes", 4, "--out", tmp_path)
+    after = rows(tmp_path)
+    assert [row.effort for row in after if row.policy == "idle"] == [7.0, 7.0, 7.0, 0.0]
+    assert [row.seed for row in after if row.policy == "idle"][:3] == [row.seed for row in before]
+    assert sum(row.policy == "random" for row in after) == 4
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--policies", "scriptd"], "Did you mean 'scripted'"),
+        (["--task", "push", "--scenario", "noisy"], "another set of episodes"),
+        (["--task", "approach"], "another task"),
+        (["--suite", "quick-v1"], "another suite"),
+    ],
+)
+def test_results_of_another_origin_are_not_mixed_or_lost(results, arguments, message, capsys):
+    before = (results / "episodes.csv").read_bytes()
+    common = ["--policies", "idle", "--workers", "0", "--out", results]
+    assert message in refused(capsys, *common, *arguments)
+    assert (results / "episodes.csv").read_bytes() == before
+    assert len(rows(results)) == 6
+
+
+def test_other_code_is_noticed(tmp_path, capsys, monkeypatch):
+    run(*SHORT, "--policies", "idle", "--out", tmp_path)
+    monkeypatch.setattr("baselines.provenance.code", lambda pattern: "other")
+    assert "state of the code" in refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
+    run(*SHORT, "--policies", "idle", "--out", tmp_path, "--overwrite")
+
+
+def test_files_of_others_are_not_replaced_unless_asked(tmp_path, capsys):
+    (tmp_path / "summary.json").write_text("mine")
+    assert "--overwrite" in refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
+    assert (tmp_path / "summary.json").read_text() == "mine"
+    run(*SHORT, "--policies", "idle", "--out", tmp_path, "--overwrite")
+    assert json.loads((tmp_path / "summary.json").read_text())["suite"] == "custom"
+
+
+def test_two_runs_do_not_write_to_one_folder(tmp_path, capsys):
+    run(*SHORT, "--policies", "idle", "--out", tmp_path)
+    base = sqlite3.connect(tmp_path / STORE)
+    base.execute("BEGIN EXCLUSIVE")
+    assert "in use" in refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
+    base.close()
+
+
+def test_a_file_that_is_no_database_is_refused(tmp_path, capsys):
+    (tmp_path / STORE).write_text("something else, and long enough to be looked at" * 9)
+    said = refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
+    assert "not a database of episodes" in said
+
+
+def test_a_killed_run_goes_on_and_ends_alike(tmp_path):
+    """Killed five times, each time after some more episodes."""
+    command = [
+        *(sys.executable, "-m", "baselines.evaluate", "--task", "push", "--scenario", "noisy"),
+        *("--goal", "0", "-0.45", "0", "--policies", "scripted", "--episodes", "16"),
+        *("--workers", "2", "--num-envs", "2"),
+    ]
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    subprocess.run([*command, "--out", whole], check=True, capture_output=True)
+    kept = [0]
+    for _ in range(5):
+        process = subprocess.Popen(
+            [*command, "--out", killed], stderr=subprocess.DEVNULL, start_new_session=True
+        )
+        until = time.monotonic() + 60.0
+        while process.poll() is None and stored(killed) <= kept[-1] and time.monotonic() < until:
+            time.sleep(0.02)
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        kept.append(stored(killed))
+    assert kept == sorted(kept)
+    assert kept[1] > 0
+    assert not (killed / "episodes.csv").exists() or kept[-1] == 16
+    subprocess.run([*command, "--out", killed], check=True, capture_output=True)
+    assert (killed / "episodes.csv").read_bytes() == (whole / "episodes.csv").read_bytes()
+
+
+def stored(folder):
+    """Episodes in the database of a folder, 0 while it cannot be read."""
+    try:
+        base = sqlite3.connect(f"file:{folder / STORE}?mode=ro&immutable=1", uri=True)
+        return base.execute("SELECT count(*) FROM episode").fetchone()[0]
+    except sqlite3.Error:
+        return 0
+
+
+# ---------------------------------------------------------------- what changes no number
+
+
+def test_episodes_do_not_depend_on_batch_or_workers(network_file, sb3_file):
+    arm = Arm("short", task="push", scenario="harsh", options={"time_limit": 8.0})
+
+    def episodes_of(num_envs, workers):
+        jobs = [
+            Job(Series(arm.name, word, 0), arm, Source(word), Label(word), seeds, num_envs)
+            for word in ("scripted", "paper", "random", str(network_file), str(sb3_file))
+            for seeds in ((0, 1, 2), (3, 4))
+        ]
+        done = [track for _, track in run_jobs(jobs, workers)]
+        done.sort(key=lambda track: (track.episode.policy, track.episode.seed))
+        return [(track.episode, track.poses.tobytes()) for track in done]
+
+    alone = episodes_of(1, 0)
+    assert len(alone) == 25
+    for num_envs, workers in ((16, 1), (64, 2), (2, 2)):
+        assert episodes_of(num_envs, workers) == alone
+
+
+def test_a_worker_that_fails_says_why():
+    arm = Arm("short", task="push", options={"time_limit": 1.0})
+    series = Series(arm.name, "missing", 0)
+    job = Job(series, arm, Source("missing.npz"), Label("missing"), (0,), 1)
+    with pytest.raises(RuntimeError, match=r"a worker failed(.|\n)*missing\.npz"):
+        list(run_jobs([job], 1))
+
+
+# ---------------------------------------------------------------- policies
+
+
+@pytest.fixture
+def mine(monkeypatch):
+    """Modules beside the tests can be imported, here and in workers."""
+    monkeypatch.syspath_prepend(str(BROKEN.parent))
+
+
+@pytest.mark.usefixtures("mine")
+@pytest.mark.parametrize("workers", [0, 1])
+@pytest.mark.parametrize("num_envs", [1, 4])
+def test_a_broken_policy_fails_its_own_episodes_alone(tmp_path, capsys, workers, num_envs):
+    run(
+        *("--task", "push", "--random-goals", "--episodes", 4, "--seed", 20, "--out", tmp_path),
+        *("--num-envs", num_envs, "--workers", workers),
+        *("--policies", "idle", "broken_policies:RaisesNow", "broken_policies:GivesNan"),
+    )
+    said = capsys.readouterr().out
+    by_policy = {
+        name: [row for row in rows(tmp_path) if row.policy == name]
+        for name in ("idle", "RaisesNow", "GivesNan")
+    }
+    assert all(row.error is None for row in by_policy["idle"])
+    for name, text in (("RaisesNow", "ArithmeticError: tired"), ("GivesNan", "not finite")):
+        broken = [row for row in by_policy[name] if row.error]
+        assert 0 < len(broken) < 4  # of those that turn right only
+        assert all(row.goal_x > 0 for row in broken)
+        assert {(row.cause, row.success) for row in broken} == {("policy error", False)}
+        assert all(text in row.error for row in broken)
+        assert f"{name}, nominal, seed {broken[0].seed}" in said
+        for one, other in zip(by_policy[name], by_policy["idle"], strict=True):
+            assert one.error or one.position_error == other.position_error
+
+
+@pytest.mark.usefixtures("mine")
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("scriptd", "Did you mean 'scripted'"),
+        ("nowhere:Policy", "No module named 'nowhere'"),
+        ("broken_policies:Nothing", "no class 'Nothing'"),
+        ("broken_policies:NoPolicy", "no method act"),
+        ("broken_policies:WrongShape", "must be (1, 4, 2)"),
+        ("broken_policies:Picky", "I only play approach"),
+        ("missing.npz", "there is no such file"),
+        ("missing.zip", "there is no such file"),
+    ],
+)
+def test_what_is_no_policy_or_does_not_fit_is_refused(tmp_path, capsys, word, message):
+    assert message in refused(capsys, *SHORT, "--policies", word, "--out", tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_policy_file_takes_part(tmp_path, network_file):
+    run(*SHORT, "--policies", "idle", f"net={network_file}", "--out", tmp_path)
+    assert {row.policy for row in rows(tmp_path)} == {"idle", "net"}
+
+
+def test_several_trainings_are_one_policy(tmp_path, network_file, other_network_file):
+    words = ["--policies", "idle", f"net={network_file},{other_network_file}"]
+    run(*SHORT, *words, "--out", tmp_path)
+    net = [row for row in rows(tmp_path) if row.policy == "net"]
+    assert [(row.training_seed, row.seed) for row in net] == [
+        (k, s) for k in (0, 1) for s in range(3)
+    ]
+    (arm,) = json.loads((tmp_path / "summary.json").read_text())["arms"].values()
+    assert arm["policies"]["net"]["trainings"] == 2
+    assert arm["comparisons"]["net"]["mcnemar"] is None
+
+
+def test_another_policy_under_a_known_name_is_noticed(
+    tmp_path, capsys, network_file, other_network_file
+):
+    run(*SHORT, "--policies", "idle", f"net={network_file}", "--out", tmp_path)
+    words = ["--policies", "idle", f"net={other_network_file}", "--out", tmp_path]
+    assert "another policy net" in refused(capsys, *SHORT, *words)
+    run(*SHORT, *words, "--overwrite")
+    assert len(rows(tmp_path)) == 6
+
+
+@pytest.mark.parametrize("text", [b"not an archive", b"PK\x05\x06" + 18 * b"\0"])
+def test_a_file_that_is_no_policy_is_refused(tmp_path, capsys, text):
+    file = tmp_path / "mine.npz"
+    file.write_bytes(text)
+    said = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
+    assert "not a policy file" in said
+
+
+def test_pickles_are_not_read_unless_trusted(tmp_path, capsys, sb3_file):
+    said = refused(capsys, *SHORT, "--policies", sb3_file, "--out", tmp_path / "none")
+    assert "--trust-pickles" in said
+    run(*SHORT, "--policies", sb3_file, "--trust-pickles", "--out", tmp_path)
+    assert {row.policy for row in rows(tmp_path)} == {"model"}
+
+
+def test_a_model_with_other_spaces_is_refused(tmp_path, capsys):
+    from stable_baselines3 import PPO
+
+    PPO("MlpPolicy", "Pendulum-v1", device="cpu").save(tmp_path / "pendulum.zip")
+    words = ["--policies", tmp_path / "pendulum.zip", "--trust-pickles"]
+    said = refused(capsys, *SHORT, *words, "--out", tmp_path / "none")
+    assert "maps observations (3,) to actions (1,)" in said
+    assert "(47,) -> (2,)" in said
+
+
+# ---------------------------------------------------------------- suites
+
+
+def test_a_suite_is_run_arm_by_arm(tmp_path):
+    run("--suite", "quick-v1", "--task", "push", "--episodes", 2, "--policies", "idle",
+        "--workers", 0, "--out", tmp_path)  # fmt: skip
+    suite = SUITES["quick-v1"]
+    assert [(row.arm, row.seed) for row in rows(tmp_path)] == [
+        (arm.name, seed) for arm in suite.arms for seed in suite.seeds[:2]
+    ]
+
+
+def test_a_sweep_is_a_suite_of_ones_own(tmp_path):
+    run(*SHORT, "--policies", "idle", "--scenario", "nominal", "gyre", "--num-boats", 2, 3,
+        "--episodes", 1, "--out", tmp_path)  # fmt: skip
+    assert [(row.arm, row.num_boats, row.scenario) for row in rows(tmp_path)] == [
+        (f"{boats} boats, {scenario}", boats, scenario)
+        for scenario in ("nominal", "gyre")
+        for boats in (2, 3)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
         (["--task", "transprt"], "Did you mean 'transport'"),
         (["--scenario", "noissy"], "Did you mean 'noisy'"),
+        (["--suite", "plane-v9"], "Did you mean 'plane-v1'"),
+        (["--suite", "plane-v1", "--scenario", "noisy"], "--scenario cannot go with --suite"),
+        (["--suite", "plane-v1", "--seed", "0"], "--seed cannot go with --suite"),
+        (["--suite", "plane-v1", "--episodes", "2001"], "has 2000"),
         (["--policies", "idle", "idle"], "once"),
         (["--episodes", "0"], "--episodes 0"),
         (["--num-envs", "-1"], "--num-envs -1"),
+        (["--workers", "-1"], "--workers -1"),
+        (["--replays", "-1"], "--replays -1"),
         (["--seed", "-1"], "--seed -1"),
         (["--goal", "9", "0", "0"], "arena"),
         (["--goal", "nan", "0", "0"], "finite"),
         (["--num-boats", "1"], "2 to 100"),
         (["--video", "film.avi"], ".mp4"),
+        (["--scenario", "noisy", "noisy"], "once"),
     ],
 )
 def test_bad_options_are_refused_before_anything_runs(arguments, message, tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        run(*arguments, "--out", tmp_path / "none")
-    assert message in capsys.readouterr().err
+    assert message in refused(capsys, *arguments, "--out", tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 
-@pytest.mark.parametrize("policy", [ScriptedPolicy, Random])
-def test_an_episode_does_not_depend_on_the_batch(policy):
-    params = make_params("transport", scenario="harsh", time_limit=12.0)
-    seeds = range(5)
-
-    def rows(num_envs):
-        tracks = episodes.run(policy, "p", "harsh", params, seeds, num_envs)
-        return sorted((track.episode for track in tracks), key=lambda row: row.seed)
-
-    assert rows(1) == rows(3) == rows(8)
+# ---------------------------------------------------------------- trajectories
 
 
-def test_track_ends_where_the_episode_does():
-    params = make_params("push", time_limit=2.0, goal=(0.5, -0.5, 0.2))
-    (track,) = episodes.run(Idle, "idle", "nominal", params, [3], 4)
-    assert track.poses.shape == (11, 5, 3)
-    np.testing.assert_array_equal(track.goal, (0.5, -0.5, 0.2))
-    assert track.episode.position_error == pytest.approx(np.hypot(0.5, 0.5))
+def test_trajectories_tell_the_episodes_anew(tmp_path):
+    run(*SHORT, "--policies", "random", "--scenario", "noisy", "--record", "--out", tmp_path)
+    for row in rows(tmp_path):
+        folder = recording.folder(tmp_path, row.arm, row.policy, None)
+        trajectory, about = recording.load(recording.path(folder, row.seed))
+        steps = len(trajectory.action)
+        assert steps == round(row.duration * about["control_rate"])
+        assert trajectory.observation.shape == (steps + 1, 4, len(about["observation_names"]))
+        assert trajectory.motion.shape == (steps + 1, 5, 6)
+        assert trajectory.reward.mean(axis=1).sum() == pytest.approx(row.episode_return, abs=1e-4)
+        assert not trajectory.terminated
+        assert about["purpose"] == "test"
+        assert about["episode"]["seed"] == row.seed
+        error = trajectory.motion[-1, 0, :2] - trajectory.goal[-1, :2]
+        assert np.hypot(*error) == pytest.approx(row.position_error)
 
 
-@pytest.mark.parametrize("side", ["+n", "-n"])
-def test_path_length_is_compared_with_the_dubins_path_of_the_pushed_side(side):
-    goal = (0.5, -0.6, 0.3)
-    params = make_params("push", goal=goal, side=side, time_limit=8.0)
-    (track,) = episodes.run(ScriptedPolicy, "s", "nominal", params, [0], 1)
-    way = np.hypot(*np.diff(track.poses[:, 0, :2], axis=0).T).sum()
-    mirrored = goal if side == "+n" else (0.5, 0.6, -0.3)
-    shortest = float(dubins.length(np.array(mirrored), params.vessel.length / 2))
-    assert track.episode.path_length_ratio == pytest.approx(way / shortest, rel=0.02)
+def test_actions_of_a_trajectory_lead_to_its_states(tmp_path):
+    from asv_env import Simulation
+
+    run(*SHORT, "--policies", "scripted", "--record", "--episodes", 1, "--out", tmp_path)
+    folder = recording.folder(tmp_path, "nominal", "scripted", None)
+    trajectory, _ = recording.load(recording.path(folder, 0))
+    simulation = Simulation(make_params("push", goal=(0.55, -0.95, 0.1)))
+    observations = [simulation.reset(seeds=[0])[0]]
+    for action in trajectory.action[:50]:
+        observations.append(simulation.step(action[None]).observation[0])
+    np.testing.assert_array_equal(observations, trajectory.observation[:51])
+    np.testing.assert_array_equal(simulation.state.motion[0], trajectory.motion[50])
 
 
-def test_film_shows_the_episode_that_the_row_counts(tmp_path):
+def test_trajectories_that_are_missing_are_made_later(tmp_path):
+    run(*SHORT, "--policies", "idle", "--out", tmp_path)
+    before = rows(tmp_path)
+    run(*SHORT, "--policies", "idle", "--record", "--out", tmp_path)
+    assert rows(tmp_path) == before
+    folder = recording.folder(tmp_path, "nominal", "idle", None)
+    assert len(list(folder.glob("*.npz"))) == 3
+
+
+def test_a_file_that_is_no_trajectory_is_refused(tmp_path, network_file):
+    with pytest.raises(ValueError, match="not a recorded trajectory"):
+        recording.load(network_file)
+
+
+# ---------------------------------------------------------------- film
+
+
+def test_film_shows_the_episode_that_the_row_counts():
     params = make_params("push", goal=(0.0, -0.5, 0.0), time_limit=3.0)
-    frames = list(film.frames(ScriptedPolicy, params, 0))
+    frames = list(film.frames(Idle, params, 0))
     assert len(frames) == 8 + film.LAST
-    assert (frames[0] != frames[7]).any()
-
-
-def test_random_policy_repeats_itself():
-    simulation = Simulation(make_params(), 2)
-    observation = simulation.reset(seeds=[1, 2])
-    fresh = np.ones(2, dtype=bool)
-    one, _ = Random(simulation.params).act(simulation.sensed, observation, None, fresh)
-    two, _ = Random(simulation.params).act(simulation.sensed, observation, None, fresh)
-    np.testing.assert_array_equal(one, two)
-    assert (one[0] != one[1]).any()
+    (track,) = episodes.run(Idle, params, [0], 1, Label("idle"))
+    assert track.episode.duration == 3.0

@@ -8,7 +8,7 @@ import pytest
 
 from asv_env import Simulation, formation, make_params
 from asv_env.geometry import wrap
-from baselines import dubins, episodes, two_arc
+from baselines import dubins, episodes, provenance, two_arc
 from baselines.arcs import advance
 from baselines.paper import ARRIVAL_TIME, IN_RANGE, PaperGains
 from baselines.policy import Idle
@@ -26,17 +26,16 @@ from baselines.reproduce import (
     page,
     paths,
     planners,
-    record,
     runs,
     states,
     statistics,
     style,
     trials,
 )
+from baselines.reproduce.drawing import outline
 from baselines.reproduce.job import Job
 from baselines.route import RouteGains, Router
 from baselines.spiral import arc_length, exact_bearing_offset
-from baselines.trajectories import outline
 
 JOB = Job(seed=0, trials=3, episodes=4)
 ONLY = ["--only", "fig3", "fig5"]
@@ -55,7 +54,7 @@ def contents_of(folder):
 def steady_code():
     """The source may be edited while the tests run."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(record, "code", lambda: "this")
+        patch.setattr(provenance, "code", lambda pattern="": "this")
         yield
 
 
@@ -101,7 +100,7 @@ def test_other_options_overwrite_only_when_asked(made, tmp_path, capsys):
 
 
 def test_results_of_other_code_are_not_taken_for_those_of_this(made, monkeypatch, capsys):
-    monkeypatch.setattr(record, "code", lambda: "other")
+    monkeypatch.setattr(provenance, "code", lambda pattern="": "other")
     with pytest.raises(SystemExit):
         run("--only", "fig3", "--out", made)
     assert "other code" in capsys.readouterr().err
@@ -109,9 +108,9 @@ def test_results_of_other_code_are_not_taken_for_those_of_this(made, monkeypatch
 
 def test_the_fingerprint_follows_the_source(tmp_path):
     prints = []
-    for text in ("a = 1\n", "a = 2\n", "a = 1\n"):
+    for text in ("a = 1\n", "a = 2\n", '"""A module."""\na = 1  # one\n'):
         (tmp_path / "module.py").write_text(text)
-        prints.append(record.fingerprint([tmp_path]))
+        prints.append(provenance.fingerprint([tmp_path]))
     assert prints[0] == prints[2] != prints[1]
 
 
@@ -512,7 +511,7 @@ def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
 def test_both_comparisons_of_planners_have_the_same_goals():
     world = planners.world("nominal")
     params = replace(world, task=replace(world.task, time_limit=0.2))
-    tracks = list(episodes.run(Idle, "idle", "nominal", params, range(3, 6), 3))
+    tracks = list(episodes.run(Idle, params, range(3, 6), 3))
     tracks.sort(key=lambda track: track.episode.seed)
     expected = [track.goal for track in tracks]
     np.testing.assert_array_equal(planners.goals(params, range(3, 6)), expected)
@@ -554,7 +553,7 @@ def test_the_policy_drives_the_paths_of_the_planner(name):
         policy.act = watched
         return policy
 
-    tracks = list(episodes.run(make, name, "nominal", params, range(6), 6))
+    tracks = list(episodes.run(make, params, range(6), 6))
     goals = planners.goals(params, range(6))
     expected = dubins.shortest(goals, radius)
     if name == "two arcs":
@@ -587,7 +586,7 @@ def test_boat_off_its_circle():
     way[turn > 1.2] += 9.0  # later than it is watched
     poses[:, 1, 0], poses[:, 1, 1] = -0.24, 0.0
     poses[:, 2, 0], poses[:, 2, 1] = way.real, way.imag
-    track = episodes.Track(None, poses, np.zeros(3))
+    track = episodes.Track(None, poses, np.zeros(3), np.full(2, np.inf))
     assert claims.off_circle(track, radius, end) == pytest.approx(0.03)
 
 

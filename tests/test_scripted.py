@@ -11,7 +11,7 @@ GOAL = (0.55, -0.95, 0.1)
 
 
 def rows(params, seeds, num_envs=50):
-    tracks = episodes.run(ScriptedPolicy, "scripted", "nominal", params, seeds, num_envs)
+    tracks = episodes.run(ScriptedPolicy, params, seeds, num_envs)
     return [track.episode for track in tracks]
 
 

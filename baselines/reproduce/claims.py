@@ -13,7 +13,7 @@ from asv_env.types import Float
 from baselines import pushing
 from baselines.arcs import advance
 from baselines.episodes import Track
-from baselines.evaluate import POLICIES
+from baselines.evaluate.entrants import POLICIES
 from baselines.reproduce import attribution
 from baselines.reproduce.job import Job
 from baselines.reproduce.runs import noisy_paper

@@ -11,7 +11,7 @@ from asv_env.presets import make_params
 from baselines import two_arc
 from baselines.arcs import ArcPath
 from baselines.braitenberg import desired_heading, direction
-from baselines.evaluate import PAPER_GOAL
+from baselines.evaluate.suites import PAPER_GOAL
 from baselines.reproduce import drawing, style
 from baselines.reproduce.approach import spiral_points
 from baselines.reproduce.job import Job

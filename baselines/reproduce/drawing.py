@@ -15,7 +15,6 @@ from asv_env.scene import placed
 from asv_env.types import Complex, Float
 from baselines.arcs import ArcPath
 from baselines.reproduce import style
-from baselines.trajectories import outline
 
 STEPS = 200
 """Points by which a path or an arc is drawn."""
@@ -117,3 +116,9 @@ def label(axes: Axes, point: ArrayLike, name: str, colour: str = style.BLACK) ->
     """A name, in mathematical letters, with its middle at a point (2,)."""
     x, y = np.asarray(point, dtype=np.float64)
     axes.text(x, y, f"${name}$", color=colour, ha="center", va="center", zorder=8)
+
+
+def outline(hull: HullParams, pose: Float) -> Float:
+    """Corners (..., n, 2) of hulls at poses (..., 3), m."""
+    points = placed(np.array(hull.outline) @ np.array([1, 1j]), pose)
+    return np.stack([points.real, points.imag], axis=-1)

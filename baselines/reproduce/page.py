@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from baselines.evaluate import marks
 from baselines.reproduce.artefact import cell, markdown
 
 START = "<!-- what follows is written by python -m baselines.reproduce -->"
@@ -11,21 +12,13 @@ END = "<!-- up to here -->"
 
 
 def check(text: str) -> None:
-    """Whether a page can take the table.
-
-    Raises:
-        ValueError: it has not just one mark of each kind, in their order.
-    """
-    if text.count(START) != 1 or text.count(END) != 1 or text.index(START) > text.index(END):
-        raise ValueError(f"the page needs a line {START!r} and below it a line {END!r}, once each")
+    """Whether a page can take the table; see ``marks.check``."""
+    marks.check(text, START, END)
 
 
 def updated(text: str, table: dict[str, Any]) -> str:
     """The text of a page with the table of ``trials`` between its marks."""
-    check(text)
-    before, _, rest = text.partition(START)
-    _, _, after = rest.partition(END)
-    return f"{before}{START}\n\n{markdown(short(table))}\n{END}{after}"
+    return marks.replaced(text, START, END, markdown(short(table)))
 
 
 def short(table: dict[str, Any]) -> dict[str, Any]:

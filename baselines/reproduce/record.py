@@ -7,34 +7,17 @@ that is asked for.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import asv_env
-import baselines
+from baselines import provenance
 from baselines.reproduce.job import Job
 
 NAME = "record.json"
 LIBRARIES = ("numpy", "scipy", "pymunk", "matplotlib")
-
-
-def code() -> str:
-    """A fingerprint of the source of the environment and of the baselines."""
-    return fingerprint([Path(str(package.__file__)).parent for package in (asv_env, baselines)])
-
-
-def fingerprint(folders: Sequence[Path]) -> str:
-    """A digest of all Python files in folders, by their names and what they say."""
-    digest = hashlib.sha256()
-    for folder in folders:
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 class Record:
@@ -49,8 +32,8 @@ class Record:
     """
 
     def __init__(self, folder: Path, job: Job) -> None:
-        versions = {library: metadata.version(library) for library in LIBRARIES}
-        self._options: dict[str, Any] = {**asdict(job), "code": code(), "versions": versions}
+        made_by = {"code": provenance.code(), "versions": provenance.versions(LIBRARIES)}
+        self._options: dict[str, Any] = {**asdict(job), **made_by}
         self._folder = folder
         self._entries: dict[str, Any] = {}
         path = folder / NAME

@@ -14,7 +14,6 @@ from baselines.reproduce import drawing, style
 from baselines.reproduce.job import Job
 from baselines.reproduce.runs import GOALS, Run
 from baselines.reproduce.worlds import experiment, simulation
-from baselines.trajectories import outline
 
 FAR = 1.5
 """Distance of a circle's centre from the vessel beyond which figures leave it out, m."""
@@ -127,7 +126,7 @@ def _draw_path(axes: Axes, run: Run, params: EnvParams) -> None:
 
 def _frame(axes: Axes, run: Run, params: EnvParams, index: int) -> None:
     """Limits that hold all that is drawn."""
-    ends = outline(params.vessel, np.stack([run.goal, run.poses[index, 0]])).reshape(-1, 2)
+    ends = drawing.outline(params.vessel, np.stack([run.goal, run.poses[index, 0]])).reshape(-1, 2)
     near = run.marks[np.hypot(*(run.marks - run.poses[run.closure, 0, :2]).T) < FAR]
     points = np.concatenate([run.poses[..., :2].reshape(-1, 2), ends, near])
     low, high = points.min(axis=0) - 0.1, points.max(axis=0) + 0.1

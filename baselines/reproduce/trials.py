@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baselines.evaluate import POLICIES
+from baselines.evaluate.entrants import POLICIES
 from baselines.reproduce import style
 from baselines.reproduce.job import Job
 from baselines.reproduce.statistics import describe, share

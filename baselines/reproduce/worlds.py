@@ -50,7 +50,7 @@ def run(make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: 
         seeds: one an episode.
         what: is being run, for the bar.
     """
-    running = episodes.run(make_policy, what, what, params, seeds, WORLDS)
+    running = episodes.run(make_policy, params, seeds, WORLDS)
     bar = tqdm(running, what, len(seeds), unit="episode", file=sys.stderr, leave=False, position=1)
     return sorted(bar, key=lambda track: track.episode.seed)
 

@@ -1,0 +1,176 @@
+"""Who takes part: from a word of the command line to a policy.
+
+A word is the name of a policy that is part of this package, the path of a policy file (``.npz``)
+or of a stable-baselines3 model (``.zip``), or ``module:Class``. ``name=word`` gives it another
+name; ``name=word,word,...`` is one policy that was trained several times.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import inspect
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from asv_env.checks import choice
+from asv_env.params import EnvParams
+from asv_env.simulation import Simulation
+from baselines import network
+from baselines.episodes import checked_action
+from baselines.evaluate.suites import Suite
+from baselines.paper import PaperPolicy
+from baselines.policy import Idle, Policy, Random
+from baselines.sb3_policy import Sb3Policy
+from baselines.scripted import ScriptedPolicy
+
+POLICIES: dict[str, Callable[[EnvParams], Policy]] = {
+    "scripted": ScriptedPolicy,
+    "paper": PaperPolicy,
+    "idle": Idle,
+    "random": Random,
+}
+EXPORTED, SB3 = ".npz", ".zip"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a policy comes from; can be sent to another process.
+
+    Attributes:
+        word: as given on the command line.
+    """
+
+    word: str
+
+    @property
+    def path(self) -> Path | None:
+        """Of its file; None where it is not in one."""
+        path = Path(self.word)
+        return path if path.suffix in (EXPORTED, SB3) else None
+
+    def make(self, params: EnvParams) -> Policy:
+        """The policy, for an environment.
+
+        Raises:
+            ValueError: it is not a policy, or does not fit the environment.
+            FileNotFoundError: there is no such file.
+            ImportError: there is no such module.
+        """
+        if self.word in POLICIES:
+            return POLICIES[self.word](params)
+        if self.path is not None:
+            load: Any = network.load if self.path.suffix == EXPORTED else Sb3Policy
+            return load(self.path, params)
+        return self._class()(params)
+
+    def check(self, trusted: bool) -> None:
+        """Refuses what cannot be a policy, or must not be read.
+
+        Args:
+            trusted: whether files may be read that run code.
+
+        Raises:
+            ValueError, FileNotFoundError, ImportError: as ``make``.
+        """
+        if self.word in POLICIES:
+            return
+        if self.path is None:
+            if ":" not in self.word:
+                choice("policy", self.word, POLICIES)
+            self._class()
+        elif not self.path.is_file():
+            raise FileNotFoundError(f"{self.word}: there is no such file")
+        elif self.path.suffix == SB3 and not trusted:
+            raise ValueError(
+                f"{self.word} holds pickled objects, and reading it runs whatever code is in it: "
+                "add --trust-pickles if you trust its source"
+            )
+
+    def fingerprint(self) -> str:
+        """A digest of what it is; for a policy of this package, which it is."""
+        if self.word in POLICIES:
+            return self.word
+        path = self.path or Path(inspect.getsourcefile(self._class()) or "")
+        return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+    def _class(self) -> Callable[[EnvParams], Policy]:
+        module, _, name = self.word.partition(":")
+        if "" not in sys.path:
+            sys.path.insert(0, "")  # modules of the folder in which the command was given
+        found = getattr(importlib.import_module(module), name, None)
+        if not callable(found):
+            raise ValueError(f"{self.word}: the module {module} has no class {name!r}")
+        return found
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A policy that takes part.
+
+    Attributes:
+        name: in tables.
+        sources: one for each of its trainings.
+    """
+
+    name: str
+    sources: tuple[Source, ...]
+
+    def training_seed(self, number: int) -> int | None:
+        """What rows say of its ``number``-th source."""
+        return number if len(self.sources) > 1 else None
+
+
+def entrant(word: str) -> Entrant:
+    """From a word of the command line."""
+    name, given, sources = word.rpartition("=")
+    members = tuple(Source(source) for source in sources.split(","))
+    if given:
+        return Entrant(name, members)
+    path = members[0].path
+    return Entrant(members[0].word.rpartition(":")[2] if path is None else path.stem, members)
+
+
+def entrants(words: Sequence[str], suite: Suite, trusted: bool) -> tuple[Entrant, ...]:
+    """All that take part, each found to fit every arm of a suite.
+
+    Raises:
+        ValueError: a name twice, something that is not a policy or does not fit.
+        FileNotFoundError, ImportError: there is no such file or module.
+    """
+    found = tuple(map(entrant, words))
+    names = [one.name for one in found]
+    if len(set(names)) < len(names):
+        raise ValueError(f"--policies {' '.join(words)}: name each policy once (name=...)")
+    for one in found:
+        for source in one.sources:
+            source.check(trusted)
+            for arm in suite.arms:
+                try:
+                    _try(source, arm.params, suite.seed)
+                except ValueError as error:
+                    raise ValueError(f"{one.name} in arm {arm.name!r}: {error}") from error
+    return found
+
+
+def _try(source: Source, params: EnvParams, seed: int) -> None:
+    """Makes the policy and lets it decide once.
+
+    Raises:
+        ValueError, TypeError: it cannot be made, or its actions have another shape or type.
+    """
+    policy = source.make(params)
+    if not hasattr(policy, "act"):
+        raise ValueError(f"{source.word} is not a policy: it has no method act")
+    simulation = Simulation(params)
+    observation = simulation.reset(seeds=[seed])
+    try:
+        action, _ = policy.act(simulation.sensed, observation, None, np.ones(1, dtype=np.bool_))
+    except Exception:
+        return  # It fails its episodes, one by one, and each is named.
+    checked_action(action, (1, params.num_boats, 2))

@@ -1,0 +1,86 @@
+"""Episodes as trajectories, for imitation and offline learning.
+
+Each is a compressed NPZ of its own, ``ARM/POLICY/SEED.npz`` below the folder ``trajectories``
+(``POLICY-k`` for the k-th training), with these arrays; T steps, A boats, B = 1 + A bodies (the
+vessel first), K observed numbers:
+
+==================  ======================  ========================================================
+``observation``     (T + 1, A, K) float32   what each boat observed; the last at the end
+``action``          (T, A, 2) float32       what it did, in [-1, 1]
+``reward``          (T, A) float32
+``motion``          (T + 1, B, 6) float64   the true state: x, y m, heading rad, vx, vy m/s,
+                                            yaw rate rad/s
+``working``         (T + 1, A) bool         whether a boat's thrusters work
+``goal``            (T + 1, 3) float64      m, m, rad
+``terminated``      () bool                 ended by success or straying; else by the clock
+``about``           () text                 JSON: the episode's row, what its seed is for, the
+                                            names of the observed numbers, the control rate in Hz
+==================  ======================  ========================================================
+
+``reward[t]`` and ``observation[t + 1]`` follow from ``action[t]`` at ``observation[t]``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from asv_env import observation
+from asv_env.params import EnvParams
+from baselines.episodes import Track, Trajectory
+from baselines.evaluate import seeds
+
+FOLDER = "trajectories"
+
+
+def folder(out: Path, arm: str, policy: str, training: int | None) -> Path:
+    """Where the trajectories of some episodes lie, below a run's output folder."""
+    return out / FOLDER / arm / (policy if training is None else f"{policy}-{training}")
+
+
+def path(folder: Path, seed: int) -> Path:
+    """Of the file of an episode."""
+    return folder / f"{seed}.npz"
+
+
+def save(folder: Path, track: Track, params: EnvParams) -> None:
+    """Writes the trajectory of a track, all at once; nothing of an episode with a policy error."""
+    if track.trajectory is None:
+        return
+    arrays = {f.name: getattr(track.trajectory, f.name) for f in fields(Trajectory)}
+    arrays["reward"] = arrays["reward"].astype(np.float32)
+    about = {
+        "episode": asdict(track.episode),
+        "purpose": seeds.purpose(track.episode.seed),
+        "observation_names": observation.NAMES,
+        "observation_version": observation.VERSION,
+        "action_mode": params.action_mode,
+        "control_rate": params.clock.control,
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    part = folder / f"{track.episode.seed}.{os.getpid()}.part"
+    with part.open("wb") as file:
+        np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
+    part.replace(path(folder, track.episode.seed))
+
+
+def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:
+    """A trajectory, and what its file says about it.
+
+    Raises:
+        ValueError: not such a file.
+        FileNotFoundError: there is none.
+    """
+    try:
+        with np.load(file, allow_pickle=False) as saved:
+            arrays = {f.name: saved[f.name] for f in fields(Trajectory)}
+            about = json.loads(str(saved["about"]))
+    except (KeyError, ValueError) as error:
+        raise ValueError(f"{file} is not a recorded trajectory: {error}") from error
+    arrays["terminated"] = bool(arrays["terminated"])
+    return Trajectory(**arrays), about

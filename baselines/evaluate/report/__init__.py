@@ -1,0 +1,78 @@
+"""The report of an evaluation: a page to read and to watch, and its twin in Markdown.
+
+``charts`` makes figures (``figures``, ``maps``) of the rows, ``replay`` packs episodes, and
+``page`` and ``markdown`` put them and the tables of the summary together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from baselines.evaluate.report import charts, markdown, page, replay, svg
+from baselines.evaluate.report.page import Section
+from baselines.evaluate.report.replay import Player
+from baselines.evaluate.results import Results
+from baselines.evaluate.store import Store
+from baselines.evaluate.suites import Arm
+
+FILES = ("report.html", "report.md")
+
+
+def write(
+    out: Path, results: Results, summary: Mapping[str, Any], store: Store, replays: int
+) -> list[Path]:
+    """Writes the report.
+
+    Args:
+        out: folder of the run.
+        results: all rows.
+        summary: as in ``summary.json``.
+        store: with the tracks of the episodes.
+        replays: number of first episodes of each arm that can be watched in the page; up to as
+            many again are added in which a policy failed.
+
+    Returns:
+        The files.
+    """
+    players, floor = replay.players(results), replay.floor(summary["policies"])
+    sections = {
+        arm.name: _section(results, store, arm, number, players, floor, replays)
+        for number, arm in enumerate(results.suite.arms)
+    }
+    seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
+    colours = charts.colours(results.policies)
+    texts = (
+        page.document(results, summary, replay.world(results, players, colours, seeds), sections),
+        markdown.document(results, summary),
+    )
+    paths = [out / name for name in FILES]
+    for path, text in zip(paths, texts, strict=True):
+        path.write_text(text, encoding="utf-8")
+    return paths
+
+
+def _section(
+    results: Results,
+    store: Store,
+    arm: Arm,
+    number: int,
+    players: list[Player],
+    floor: list[str],
+    replays: int,
+) -> Section:
+    """What the page has of the ``number``-th arm."""
+    seeds = replay.chosen(results, arm.name, floor, replays)
+    found = replay.tracks(store, arm.name, players, seeds)
+    shown = {
+        policy: [t for p in players if p.policy == policy for t in found[p.key].values()]
+        for policy in results.policies
+    }
+    judged = [p.key for p in players if p.policy not in floor]
+    with svg.look():
+        drawn = [
+            page.drawn(chart, f"arm-{number}-{chart.name}")
+            for chart in charts.of_arm(results, arm, shown)
+        ]
+    return Section(drawn, replay.episodes(arm, found, seeds, judged))

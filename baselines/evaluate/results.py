@@ -1,0 +1,136 @@
+"""Rows of finished episodes, by condition, policy and training; and ``episodes.csv``."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from types import NoneType
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
+
+from asv_env.types import Bool, Float
+from baselines.episodes import COLUMNS, Episode
+from baselines.evaluate.suites import Suite
+
+NOTHING = ""
+"""In a CSV file, where a column does not apply."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """All episodes of a comparison.
+
+    Attributes:
+        suite: that was run, with as many episodes as were.
+        policies: names, in order; the first is the one that the others are compared with.
+        rows: by arm and policy: S trainings (1 of a script) of E episodes each.
+    """
+
+    suite: Suite
+    policies: tuple[str, ...]
+    rows: Mapping[tuple[str, str], Sequence[Sequence[Episode]]]
+
+    def column(self, arm: str, policy: str, name: str) -> Float:
+        """Numbers (S, E) of a column, NaN where it does not apply."""
+        rows = self.rows[arm, policy]
+        values = [[getattr(row, name) for row in training] for training in rows]
+        return np.array(values, dtype=np.float64)
+
+    def success(self, arm: str, policy: str) -> Bool:
+        """(S, E) whether the task was done."""
+        return self.column(arm, policy, "success") > 0
+
+    def placed(self, arm: str, policy: str, tolerance: float) -> Bool:
+        """(S, E) whether the vessel was within so many tolerances of its goal pose.
+
+        At the instant at which it was nearest, which is when the paper looks; at rest or not.
+        """
+        task = next(a for a in self.suite.arms if a.name == arm).params.task
+        near = self.column(arm, policy, "min_position_error") <= tolerance * task.position_tolerance
+        heading = np.abs(self.column(arm, policy, "heading_error_at_min"))
+        placed: Bool = near & (heading <= tolerance * task.heading_tolerance)
+        return placed
+
+    def scores(self, arm: str, policy: str) -> Float:
+        """(S, E) time until the task was done, s; infinite where it was not."""
+        return np.where(self.success(arm, policy), self.column(arm, policy, "duration"), np.inf)
+
+    def __iter__(self) -> Iterator[Episode]:
+        """All rows, by arm, policy, training and seed."""
+        for arm in self.suite.arms:
+            for policy in self.policies:
+                for training in self.rows[arm.name, policy]:
+                    yield from training
+
+
+def of_rows(suite: Suite, rows: Iterable[Episode]) -> Results:
+    """Results from rows in any order, such as those of a file.
+
+    Raises:
+        ValueError: rows of other arms, or not the same episodes for every policy.
+    """
+    found: dict[tuple[str, str], dict[int | None, list[Episode]]] = {}
+    for row in rows:
+        trainings = found.setdefault((row.arm, row.policy), {})
+        trainings.setdefault(row.training_seed, []).append(row)
+    policies = tuple(dict.fromkeys(policy for _, policy in found))
+    wanted = [(arm.name, policy) for arm in suite.arms for policy in policies]
+    if sorted(wanted) != sorted(found):
+        raise ValueError(f"the rows are not those of all arms of {suite.name} for each policy")
+    seeds = sorted(row.seed for row in found[wanted[0]][min(found[wanted[0]], key=_number)])
+    for trainings in found.values():
+        for training in trainings.values():
+            training.sort(key=lambda row: row.seed)
+            if [row.seed for row in training] != seeds:
+                raise ValueError("not every policy has met the same episodes in every arm")
+    by_training = {
+        key: [trainings[number] for number in sorted(trainings, key=_number)]
+        for key, trainings in found.items()
+    }
+    return Results(suite.first(len(seeds)), policies, by_training)
+
+
+def _number(training: int | None) -> int:
+    return -1 if training is None else training
+
+
+def write_csv(path: Path, rows: Iterable[Episode]) -> None:
+    """Writes rows, all at once; ``NOTHING`` where a column does not apply."""
+    part = path.with_name(f"{path.name}.part")
+    with part.open("w", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, restval=NOTHING, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(asdict(row) for row in rows)
+    part.replace(path)
+
+
+def read_csv(path: Path) -> list[Episode]:
+    """The rows of a file.
+
+    Raises:
+        ValueError: its columns are others, or a value is none.
+    """
+    with path.open(newline="") as file:
+        reader = csv.DictReader(file)
+        if tuple(reader.fieldnames or ()) != COLUMNS:
+            raise ValueError(f"{path}: columns must be {', '.join(COLUMNS)}")
+        try:
+            return [
+                Episode(**{name: _READ[name](text) for name, text in r.items()}) for r in reader
+            ]
+        except (KeyError, ValueError) as error:
+            raise ValueError(f"{path}: {error}") from error
+
+
+def _reader(kind: Any) -> Any:
+    """From the text of a cell to a value of an annotated type."""
+    optional = NoneType in get_args(kind)
+    plain = next((one for one in get_args(kind) if one is not NoneType), kind)
+    read = {"True": True, "False": False}.__getitem__ if plain is bool else plain
+    return lambda text: None if optional and text == NOTHING else read(text)
+
+
+_READ = {f.name: _reader(get_type_hints(Episode)[f.name]) for f in fields(Episode)}

@@ -1,0 +1,35 @@
+"""Seeds of training, development and test: ranges that do not meet.
+
+A policy is trained on the first, chosen on the second, and compared on the third.
+"""
+
+from __future__ import annotations
+
+TEST = range(0, 10**7)
+DEVELOPMENT = range(10**8, 10**9)
+TRAINING = range(10**9, 2**63)
+RANGES = {"test": TEST, "development": DEVELOPMENT, "training": TRAINING}
+
+
+def purpose(seed: int) -> str | None:
+    """What a seed is for: a key of ``RANGES``; None for one between the ranges."""
+    return next((name for name, seeds in RANGES.items() if seed in seeds), None)
+
+
+def check(seeds: range, wanted: str) -> None:
+    """Refuses seeds that are not all for one purpose.
+
+    Args:
+        seeds: that are to be used.
+        wanted: a key of ``RANGES``.
+
+    Raises:
+        ValueError: one of them is for something else.
+    """
+    allowed = RANGES[wanted]
+    for seed in (seeds[0], seeds[-1]) if seeds else ():
+        if seed not in allowed:
+            raise ValueError(
+                f"seed {seed} is not for {wanted}: use seeds from {allowed.start} "
+                f"to {allowed.stop - 1}"
+            )

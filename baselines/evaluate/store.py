@@ -1,0 +1,169 @@
+"""Finished episodes on disk, kept one by one, so that a run can be stopped at any moment.
+
+A database in the output folder holds by which suite, code and libraries they were made. Episodes
+follow from these alone, so what is there is never made again; what was made by others is never
+mixed with it.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from asv_env.geometry import wrap
+from asv_env.types import Float
+from baselines.episodes import Episode, Track
+
+NAME = "episodes.sqlite"
+UNITS = (1e-3, 1e-3, 1e-4)
+"""In which poses are kept: m, m, rad."""
+TABLES = """
+CREATE TABLE IF NOT EXISTS origin (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS episode (
+    arm TEXT, policy TEXT, training INTEGER, seed INTEGER, row TEXT NOT NULL, track BLOB NOT NULL,
+    PRIMARY KEY (arm, policy, training, seed)
+);
+"""
+
+
+@dataclass(frozen=True, order=True)
+class Series:
+    """Episodes of one policy (one of its trainings) in one arm."""
+
+    arm: str
+    policy: str
+    training: int
+
+
+class Store:
+    """The database of an output folder.
+
+    Args:
+        folder: need not exist.
+        origin: by what the episodes are made, by name.
+        policies: what the policies are made from, by name.
+        replace: whether episodes of another origin or of other policies may be removed.
+
+    Raises:
+        FileExistsError: the folder holds episodes of another origin, or another run writes to it.
+    """
+
+    def __init__(
+        self, folder: Path, origin: Mapping[str, Any], policies: Mapping[str, Any], replace: bool
+    ) -> None:
+        self._path = folder / NAME
+        wanted = {name: _text(value) for name, value in origin.items()}
+        found = _origin(self._path)
+        made_from = {f"policy {name}": _text(value) for name, value in policies.items()}
+        other = [n for n, v in {**wanted, **made_from}.items() if found.get(n, v) != v]
+        if other and not replace:
+            name = other[0]
+            raise FileExistsError(
+                f"{folder} holds episodes of another {name} ({found[name]}, now "
+                f"{ {**wanted, **made_from}[name] }): choose another folder with --out, or replace "
+                "them with --overwrite"
+            )
+        if set(other) & set(wanted):
+            self._path.unlink()
+        folder.mkdir(parents=True, exist_ok=True)
+        self._base = sqlite3.connect(self._path, timeout=1.0)
+        self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
+        try:
+            self._base.executescript(TABLES)
+            with self._base:
+                for name in other:
+                    policy = name.removeprefix("policy ")
+                    self._base.execute("DELETE FROM episode WHERE policy = ?", (policy,))
+                rows = {**wanted, **made_from}.items()
+                self._base.executemany("REPLACE INTO origin VALUES (?, ?)", rows)
+        except sqlite3.OperationalError as error:
+            raise FileExistsError(f"{self._path} is in use by another run ({error})") from error
+
+    def close(self) -> None:
+        """Leaves the database."""
+        self._base.close()
+
+    def seeds(self, series: Series) -> set[int]:
+        """Of the episodes that are there."""
+        query = "SELECT seed FROM episode WHERE arm = ? AND policy = ? AND training = ?"
+        return {seed for (seed,) in self._base.execute(query, _key(series))}
+
+    def add(self, series: Series, track: Track) -> None:
+        """Keeps an episode; it is on disk when this returns."""
+        row = json.dumps(asdict(track.episode))
+        values = (*_key(series), track.episode.seed, row, packed(track))
+        with self._base:
+            self._base.execute("REPLACE INTO episode VALUES (?, ?, ?, ?, ?, ?)", values)
+
+    def rows(self, series: Series, seeds: range) -> Iterator[Episode]:
+        """Those of the episodes with these seeds that are there, in their order."""
+        query = (
+            "SELECT row FROM episode WHERE arm = ? AND policy = ? AND training = ? "
+            "AND seed >= ? AND seed < ? ORDER BY seed"
+        )
+        for (row,) in self._base.execute(query, (*_key(series), seeds.start, seeds.stop)):
+            yield Episode(**json.loads(row))
+
+    def track(self, series: Series, seed: int) -> Track | None:
+        """One episode, poses to the ``UNITS``; None if it is not there."""
+        query = (
+            "SELECT row, track FROM episode "
+            "WHERE arm = ? AND policy = ? AND training = ? AND seed = ?"
+        )
+        found = self._base.execute(query, (*_key(series), seed)).fetchone()
+        return None if found is None else unpacked(Episode(**json.loads(found[0])), found[1])
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, sort_keys=True)
+
+
+def _key(series: Series) -> tuple[str, str, int]:
+    return series.arm, series.policy, series.training
+
+
+def _origin(path: Path) -> dict[str, str]:
+    """By what the episodes of a database were made.
+
+    Raises:
+        FileExistsError: it is in use, or is no such database.
+    """
+    if not path.exists():
+        return {}
+    base = sqlite3.connect(path, timeout=1.0)
+    try:
+        return dict(base.execute("SELECT name, value FROM origin"))
+    except sqlite3.OperationalError as error:
+        if "no such table" in str(error):
+            return {}
+        raise FileExistsError(f"{path} is in use by another run ({error})") from error
+    except sqlite3.DatabaseError as error:
+        raise FileExistsError(f"{path} is not a database of episodes: remove it") from error
+    finally:
+        base.close()
+
+
+def packed(track: Track) -> bytes:
+    """Poses as differences of whole ``UNITS``, compressed; then the goal and the failures."""
+    whole = np.round(track.poses / UNITS).astype(np.int64)
+    steps = np.diff(whole, axis=0, prepend=0)
+    steps[1:, :, 2] = (steps[1:, :, 2] + 31416) % 62832 - 31416
+    head = np.array([*track.goal, *track.failed_at], dtype="<f8").tobytes()
+    return head + zlib.compress(steps.astype("<i2").tobytes(), 9)
+
+
+def unpacked(episode: Episode, blob: bytes) -> Track:
+    """The reverse of ``packed``."""
+    team = episode.num_boats
+    head = np.frombuffer(blob, "<f8", 3 + team)
+    steps = np.frombuffer(zlib.decompress(blob[head.nbytes :]), "<i2").reshape(-1, 1 + team, 3)
+    poses: Float = np.cumsum(steps, axis=0, dtype=np.int64) * np.array(UNITS)
+    poses[..., 2] = wrap(poses[..., 2])
+    return Track(episode, poses, head[:3].copy(), head[3:].copy())

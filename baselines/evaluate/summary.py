@@ -1,0 +1,149 @@
+"""What the episodes of a comparison amount to, as plain values for ``summary.json``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from baselines.evaluate import statistics
+from baselines.evaluate.results import Results
+from baselines.evaluate.suites import Arm
+
+TOLERANCES = (0.5, 1.0, 2.0)
+"""Of the goal pose, in those of the task (5 cm and 0.1 rad with the nominal vessel)."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A column that is summarised.
+
+    Attributes:
+        label: in tables.
+        unit: in tables.
+        scale: from the column's unit to that of tables.
+        signed: whether its sign counts; else magnitudes are summarised.
+    """
+
+    label: str
+    unit: str
+    scale: float = 1.0
+    signed: bool = True
+
+
+MEASURES = {
+    "time_to_closure": Measure("time to closure", "s"),
+    "closure_spread": Measure("spread of arrivals", "s"),
+    "time_to_goal": Measure("time to goal", "s"),
+    "position_error": Measure("position error at the end", "cm", 100.0),
+    "heading_error": Measure("heading error at the end", "rad", signed=False),
+    "min_position_error": Measure("smallest distance", "cm", 100.0),
+    "heading_error_at_min": Measure("heading error then", "rad"),
+    "path_length_ratio": Measure("way over Dubins path", ""),
+    "effort": Measure("effort", "s"),
+    "collisions": Measure("collisions", ""),
+    "closure_lost": Measure("closure lost", ""),
+    "episode_return": Measure("return", ""),
+}
+
+
+def summarise(results: Results) -> dict[str, Any]:
+    """The summary of a comparison.
+
+    Returns:
+        ``arms``, by name; of each ``about``, ``control``, ``policies`` (see ``_policy``),
+        ``comparisons`` of the other policies with the first and ``against_control`` of each
+        policy with itself in the arm without the disturbance (see ``_comparison``). Intervals
+        have the level 0.95.
+    """
+    return {"arms": {arm.name: _arm(results, arm) for arm in results.suite.arms}}
+
+
+def _arm(results: Results, arm: Arm) -> dict[str, Any]:
+    first, *others = results.policies
+    control = arm.control
+    return {
+        "about": arm.about,
+        "control": control,
+        "policies": {name: _policy(results, arm.name, name) for name in results.policies},
+        "comparisons": {
+            name: _comparison(results, (arm.name, name), (arm.name, first)) for name in others
+        },
+        "against_control": {
+            name: _comparison(results, (arm.name, name), (control, name))
+            for name in results.policies
+            if control is not None
+        },
+    }
+
+
+def _policy(results: Results, arm: str, policy: str) -> dict[str, Any]:
+    """Of one policy in one arm.
+
+    Returns:
+        ``episodes``, ``trainings``; ``success``; ``placed`` within ``TOLERANCES``; ``causes``
+        of failures with their numbers; and, by column, the ``MEASURES`` over the episodes to
+        which they apply.
+    """
+    success = results.success(arm, policy)
+    rows = [row for training in results.rows[arm, policy] for row in training]
+    summary: dict[str, Any] = {
+        "episodes": success.shape[1],
+        "trainings": success.shape[0],
+        "success": asdict(statistics.proportion(success)),
+        "placed": {
+            f"{tolerance:g}": asdict(statistics.proportion(results.placed(arm, policy, tolerance)))
+            for tolerance in TOLERANCES
+            if rows[0].task != "approach"
+        },
+        "causes": dict(sorted(Counter(row.cause for row in rows if row.cause).items())),
+    }
+    for column, measure in MEASURES.items():
+        values = results.column(arm, policy, column)
+        if np.isfinite(values).any():
+            summary[column] = _measure(values if measure.signed else np.abs(values))
+    return summary
+
+
+def _measure(values: np.ndarray) -> dict[str, Any]:
+    """Mean and interquartile mean with intervals, median, 90th percentile and deviation."""
+    present = values[np.isfinite(values)]
+    return {
+        "mean": asdict(statistics.mean(values)),
+        "iqm": asdict(statistics.interquartile_mean(values)),
+        "median": float(np.median(present)),
+        "p90": float(np.quantile(present, 0.9)),
+        "sd": float(present.std(ddof=1)) if len(present) > 1 else None,
+    }
+
+
+def _comparison(
+    results: Results, first: tuple[str, str], second: tuple[str, str]
+) -> dict[str, Any]:
+    """Of one arm and policy with another, episode by episode.
+
+    Returns:
+        Differences first - second of ``success`` and of the columns that both have, over the
+        episodes to which they apply in both; ``mcnemar``, the p-value of a difference in
+        success (None where a policy has several trainings); ``improvement``, the probability
+        that the first is done sooner in the same episode (ties count half, and a failure is
+        later than any success).
+    """
+    successes = results.success(*first), results.success(*second)
+    single = len(successes[0]) == len(successes[1]) == 1
+    differences = {}
+    for column in ("time_to_goal", "time_to_closure", "min_position_error", "effort"):
+        pair = results.column(*first, column), results.column(*second, column)
+        if all(np.isfinite(values).any() for values in pair):
+            differences[column] = asdict(statistics.difference(*pair))
+    return {
+        "with": second[1] if first[0] == second[0] else second[0],
+        "success": asdict(statistics.difference_in_success(*successes)),
+        "mcnemar": statistics.mcnemar(successes[0][0], successes[1][0]) if single else None,
+        "improvement": asdict(
+            statistics.improvement(results.scores(*first), results.scores(*second))
+        ),
+        **differences,
+    }

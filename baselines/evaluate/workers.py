@@ -1,0 +1,155 @@
+"""Episodes over several processes.
+
+A worker takes a job at a time and hands every episode over as soon as it ends. It computes on one
+thread, and goes when the process that started it is gone.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from baselines import episodes
+from baselines.episodes import Label, Track
+from baselines.evaluate import recording
+from baselines.evaluate.entrants import Source
+from baselines.evaluate.store import Series
+from baselines.evaluate.suites import Arm
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class Job:
+    """Episodes to run.
+
+    Attributes:
+        series: to which they belong.
+        arm: condition.
+        source: of the policy.
+        label: of the rows.
+        seeds: one an episode.
+        num_envs: worlds side by side.
+        record: folder for trajectories; None keeps none.
+    """
+
+    series: Series
+    arm: Arm
+    source: Source
+    label: Label
+    seeds: tuple[int, ...]
+    num_envs: int
+    record: Path | None = None
+
+    def run(self) -> Iterator[Track]:
+        """Tracks in the order in which the episodes end, trajectories saved."""
+        params, keep = self.arm.params, self.record is not None
+        for track in episodes.run(
+            self.source.make, params, self.seeds, self.num_envs, self.label, keep
+        ):
+            if self.record is not None:
+                recording.save(self.record, track, params)
+            yield track
+
+
+def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, Track]]:
+    """Runs jobs; yields episodes as they end.
+
+    Args:
+        jobs: in the order in which they are begun.
+        workers: processes; 0 runs everything in this one, as a debugger wants it.
+
+    Raises:
+        RuntimeError: a worker has failed or was killed.
+    """
+    if workers == 0:
+        for job in jobs:
+            for track in job.run():
+                yield job.series, track
+        return
+    todo = list(reversed(jobs))
+    with _pool(min(workers, len(jobs))) as pool:
+        while pool:
+            for connection in wait(list(pool)):
+                assert isinstance(connection, Connection)
+                message = _received(connection, pool[connection])
+                if message is not None:
+                    yield message
+                elif todo:
+                    connection.send(todo.pop())
+                else:
+                    del pool[connection]
+                    connection.close()
+
+
+def _received(connection: Connection, process: BaseProcess) -> tuple[Series, Track] | None:
+    """A finished episode, or None where a worker asks for a job."""
+    try:
+        message: Any = connection.recv()
+    except (EOFError, ConnectionResetError):
+        process.join()
+        raise RuntimeError(
+            f"a worker ended with exit code {process.exitcode}; finished episodes are kept: give "
+            "the same command again to go on, with smaller --num-envs or --workers if memory ran "
+            "out"
+        ) from None
+    if isinstance(message, str):
+        raise RuntimeError(f"a worker failed; finished episodes are kept\n{message}")
+    return message
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[dict[Connection, BaseProcess]]:
+    """Processes by the connection to each, which ask for a job with None."""
+    context = multiprocessing.get_context("spawn")
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    pool: dict[Connection, BaseProcess] = {}
+    try:
+        for _ in range(workers):
+            ours, theirs = context.Pipe()
+            process: BaseProcess = context.Process(target=_work, args=(theirs,), daemon=True)
+            process.start()
+            theirs.close()
+            pool[ours] = process
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.update({name: value})
+    started = list(pool.values())
+    try:
+        yield pool
+    finally:
+        for process in started:
+            process.terminate()
+
+
+def _work(connection: Connection) -> None:
+    """What a worker does."""
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    try:
+        while True:
+            connection.send(None)
+            job = connection.recv()
+            for track in job.run():
+                connection.send((job.series, track))
+    except (EOFError, BrokenPipeError, KeyboardInterrupt):
+        pass  # Nobody is left to work for.
+    except Exception:
+        connection.send(traceback.format_exc())
+
+
+def _leave_with_parent() -> None:
+    """Ends this process when the one that started it is gone, even if it was killed."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)

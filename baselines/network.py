@@ -1,0 +1,185 @@
+"""Policies in a file: a multilayer perceptron that runs on NumPy alone.
+
+The file is an NPZ of arrays ``weight_i`` (inputs, outputs) and ``bias_i`` (outputs,), and of
+``about``, a JSON text with the fields of ``About``. Nothing in it is code: reading one is safe.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from asv_env import observation
+from asv_env.checks import check_whole, choice
+from asv_env.params import ACTION_MODES, TASKS, EnvParams
+from asv_env.types import Action, Bool, Float, Observation, Sensed
+
+FORMAT = "asv-env policy 1"
+ACTIVATIONS: dict[str, Callable[[Float], Float]] = {
+    "tanh": np.tanh,
+    "relu": lambda x: np.maximum(x, 0.0),
+}
+Layers = Sequence[tuple[Float, Float]]
+
+
+@dataclass(frozen=True)
+class About:
+    """What a policy was made for.
+
+    Attributes:
+        tasks: for which it may be used.
+        action_mode: what its actions mean, "tracking" or "thrusters".
+        activation: between the layers, a key of ``ACTIVATIONS``.
+        decide_every: control ticks for which an action is held.
+        observation_version: of ``asv_env.observation`` when it was trained.
+        card: where it comes from: data, steps, seeds; free of form.
+        format: of the file.
+    """
+
+    tasks: tuple[str, ...] = TASKS
+    action_mode: str = "tracking"
+    activation: str = "tanh"
+    decide_every: int = 1
+    observation_version: int = observation.VERSION
+    card: dict[str, Any] = field(default_factory=dict)
+    format: str = FORMAT
+
+    def __post_init__(self) -> None:
+        if self.format != FORMAT:
+            raise ValueError(f"format {self.format!r}: this version reads {FORMAT!r}")
+        for task in self.tasks:
+            choice("task", task, TASKS)
+        choice("action_mode", self.action_mode, ACTION_MODES)
+        choice("activation", self.activation, ACTIVATIONS)
+        check_whole(self, "decide_every", 1)
+
+
+@dataclass
+class Held:
+    """What a team remembers: its action (W, A, 2), and for how many ticks (W,) it has held it."""
+
+    action: Action
+    ticks: np.ndarray
+
+
+class NetworkPolicy:
+    """A perceptron that all boats share, from each one's observation (K,) to its action (2,).
+
+    Args:
+        layers: (weight (inputs, outputs), bias (outputs,)) of each, from the first on.
+        about: what it was made for.
+        params: of the environment.
+
+    Raises:
+        ValueError: it was made for another task, other actions or other observations.
+    """
+
+    def __init__(self, layers: Layers, about: About, params: EnvParams) -> None:
+        _check_fit(layers, about, params)
+        self._layers = [(np.asarray(w, np.float32), np.asarray(b, np.float32)) for w, b in layers]
+        self._activation = ACTIVATIONS[about.activation]
+        self._decide_every = about.decide_every
+
+    def act(
+        self, sensed: Sensed, observation: Observation, memory: Held | None, fresh: Bool
+    ) -> tuple[Action, Held]:
+        """See ``Policy.act``."""
+        ticks = np.zeros(len(fresh), dtype=np.int64) if memory is None else memory.ticks + 1
+        due = fresh | (ticks % self._decide_every == 0)
+        action = self.forward(observation)
+        if memory is not None:
+            action = np.where(due[:, None, None], action, memory.action)
+        return action, Held(action, np.where(due, 0, ticks))
+
+    def forward(self, observation: Observation) -> Action:
+        """Actions (W, A, 2) in [-1, 1] of observations (W, A, K).
+
+        One product of matrices a world, whose shape does not depend on W: a world's actions are
+        the same to the bit in every batch.
+        """
+        x: Float = observation
+        for number, (weight, bias) in enumerate(self._layers):
+            x = np.matmul(self._activation(x) if number else x, weight) + bias
+        return np.clip(x, -1.0, 1.0).astype(np.float32)
+
+
+def _check_fit(layers: Layers, about: About, params: EnvParams) -> None:
+    if params.task.name not in about.tasks:
+        raise ValueError(
+            f"the policy is for the task {' or '.join(about.tasks)}, not for {params.task.name!r}"
+        )
+    if about.action_mode != params.action_mode:
+        raise ValueError(
+            f"the policy gives {about.action_mode!r} actions, the environment takes "
+            f"{params.action_mode!r}: make it with action_mode={about.action_mode!r}"
+        )
+    if about.observation_version != observation.VERSION:
+        raise ValueError(
+            f"the policy observes by version {about.observation_version}, the environment by "
+            f"version {observation.VERSION}: train it again, or use the asv-env of its time"
+        )
+    sizes = (len(layers[0][0]), layers[-1][0].shape[1])
+    if sizes != (len(observation.NAMES), 2):
+        raise ValueError(
+            f"the policy maps {sizes[0]} numbers to {sizes[1]}: it must map an observation of "
+            f"{len(observation.NAMES)} to an action of 2"
+        )
+
+
+def save(path: Path, layers: Layers, about: About) -> None:
+    """Writes a policy file (``.npz``)."""
+    arrays: dict[str, Any] = {
+        f"{name}_{number}": np.asarray(array, dtype=np.float32)
+        for number, layer in enumerate(layers)
+        for name, array in zip(("weight", "bias"), layer, strict=True)
+    }
+    np.savez_compressed(path, about=np.array(json.dumps(asdict(about))), **arrays)
+
+
+def read(path: Path) -> tuple[Layers, About]:
+    """Layers of a policy file, and what it says of itself.
+
+    Raises:
+        ValueError: it is not such a file, or of another format.
+        FileNotFoundError: there is none.
+    """
+    if path.is_file() and not zipfile.is_zipfile(path):
+        raise ValueError(f"{path} is not a policy file: not an NPZ")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            about = json.loads(str(file["about"]))
+            count = sum(name.startswith("weight_") for name in file)
+            layers = [(file[f"weight_{n}"], file[f"bias_{n}"]) for n in range(count)]
+    except (KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise ValueError(f"{path} is not a policy file: {error}") from error
+    known = {f.name for f in fields(About)}
+    if not isinstance(about, dict) or not set(about) <= known or not layers:
+        raise ValueError(f"{path} is not a policy file of the format {FORMAT!r}")
+    for before, after in pairwise(layers):
+        if before[0].shape[1:] != after[0].shape[:1]:
+            raise ValueError(f"{path}: layers of shapes {[w.shape for w, _ in layers]} do not fit")
+    try:
+        return layers, About(**{**about, "tasks": tuple(about.get("tasks", TASKS))})
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def load(path: Path, params: EnvParams) -> NetworkPolicy:
+    """The policy of a file, for an environment.
+
+    Raises:
+        ValueError: not a policy file, or a policy for something else.
+        FileNotFoundError: there is none.
+    """
+    layers, about = read(path)
+    try:
+        return NetworkPolicy(layers, about, params)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error

@@ -1,0 +1,112 @@
+"""The published suites stay what they are, and seeds stay apart."""
+
+from dataclasses import replace
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+
+from asv_env import scenarios
+from baselines.evaluate import seeds
+from baselines.evaluate.suites import PAPER_GOAL, SUITES
+
+FROZEN = {
+    "quick-v1": "6a644e25c7562cb7",
+    "paper-v1": "9293c5398aa57e28",
+    "plane-v1": "1945cb1fbaa269f1",
+    "robust-v1": "82052dde58feb759",
+    "team-v1": "e761b708537fae17",
+    "shape-v1": "8952c807038ff5dd",
+}
+"""Digests of what was published. A suite that has to change takes a new name, with a new line."""
+
+
+def begun(arm, seed):
+    return scenarios.draw(arm.params, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_a_published_suite_is_what_it_was(name):
+    assert SUITES[name].digest() == FROZEN[name]
+
+
+def test_the_digest_follows_arms_seeds_and_task_but_not_the_number_of_episodes():
+    suite = SUITES["plane-v1"]
+    first, *others = suite.arms
+    slower = replace(first, options={"time_limit": 100.0})
+    changed = [
+        replace(suite, seed=suite.seed + 1),
+        replace(suite, arms=(slower, *others)),
+        replace(suite, arms=tuple(others)),
+        suite.of("push"),
+    ]
+    assert len({one.digest() for one in (suite, *changed)}) == 5
+    assert suite.first(10).digest() == suite.digest()
+
+
+def test_suites_that_carry_a_comparison_hold_two_thousand_episodes():
+    assert {suite.episodes for suite in SUITES.values() if suite.name != "quick-v1"} == {2000}
+
+
+def test_suites_have_seeds_of_their_own_all_for_test():
+    for one, other in combinations(SUITES.values(), 2):
+        assert not set(one.seeds) & set(other.seeds)
+    for suite in SUITES.values():
+        seeds.check(suite.seeds, "test")
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_a_disturbed_arm_has_the_starts_and_goals_of_its_control(name):
+    suite = SUITES[name]
+    arms = {arm.name: arm for arm in suite.arms}
+    assert len(arms) == len(suite.arms)
+    for arm in suite.arms:
+        if (
+            arm.control is None
+            or arm.params.vessel.length != arms[arm.control].params.vessel.length
+        ):
+            continue
+        for seed in suite.seeds[:3]:
+            here, there = begun(arm, seed), begun(arms[arm.control], seed)
+            np.testing.assert_array_equal(here.motion, there.motion)
+            np.testing.assert_array_equal(here.goal, there.goal)
+
+
+def test_episodes_of_a_suite_differ():
+    arm = SUITES["plane-v1"].arms[0]
+    goals = [begun(arm, seed).goal for seed in SUITES["plane-v1"].seeds[:50]]
+    assert len({tuple(goal) for goal in goals}) == 50
+
+
+def test_the_paper_suite_has_the_papers_goal():
+    for arm in SUITES["paper-v1"].arms:
+        assert arm.params.task.goal == PAPER_GOAL
+        assert arm.params.task.goal_anchor == "closure"
+
+
+def test_shapes_have_one_area_and_mass():
+    for arm in SUITES["shape-v1"].arms:
+        vessel = arm.params.vessel
+        assert vessel.length * vessel.width == pytest.approx(0.06)
+        assert vessel.mass == pytest.approx(0.6)
+
+
+def test_seeds_are_for_one_purpose():
+    assert [r.start for r in seeds.RANGES.values()] == [0, 10**8, 10**9]
+    for one, other in pairwise(seeds.RANGES.values()):
+        assert one.stop <= other.start
+    assert seeds.purpose(9_999_999) == "test"
+    assert seeds.purpose(10_000_000) is None
+    assert seeds.purpose(10**8) == "development"
+    assert seeds.purpose(10**9) == "training"
+
+
+@pytest.mark.parametrize(
+    ("wanted", "used"),
+    [("training", range(0, 5)), ("training", range(10**9 - 1, 10**9 + 5)),
+     ("development", range(10**8, 10**9 + 1)), ("test", range(9_999_999, 10**7 + 1))],
+)  # fmt: skip
+def test_seeds_for_something_else_are_refused(wanted, used):
+    with pytest.raises(ValueError, match=f"is not for {wanted}: use seeds from"):
+        seeds.check(used, wanted)
+    seeds.check(range(seeds.RANGES[wanted].start, seeds.RANGES[wanted].start + 5), wanted)
