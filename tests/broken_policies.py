@@ -1,5 +1,8 @@
 """Policies that do something wrong; named on the command line by tests."""
 
+import os
+import signal
+
 import numpy as np
 
 from baselines.policy import Idle
@@ -48,3 +51,34 @@ class NoPolicy:
 
     def __init__(self, params):
         pass
+
+
+class OldStyle:
+    """Wants less than it gets."""
+
+    def __init__(self, params):
+        pass
+
+    def act(self, observation):
+        return np.zeros(1)
+
+
+class OnlyActs(Idle):
+    """Forgets to return its memory."""
+
+    def act(self, sensed, observation, memory, fresh):
+        return super().act(sensed, observation, memory, fresh)[0]
+
+
+class Unmade:
+    """Cannot be made."""
+
+    def __init__(self, params):
+        raise AttributeError("nothing")
+
+
+class Dies(Idle):
+    """Takes its process down."""
+
+    def act(self, sensed, observation, memory, fresh):
+        os.kill(os.getpid(), signal.SIGKILL)

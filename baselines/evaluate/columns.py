@@ -13,10 +13,7 @@ from typing import Any
 from baselines.episodes import CAUSES
 from baselines.evaluate import formats
 from baselines.evaluate.formats import NOTHING
-from baselines.evaluate.summary import MEASURES
-
-COMPARED = ("time_to_goal", "time_to_closure", "min_position_error", "effort")
-"""Measures of which comparisons tell the difference."""
+from baselines.evaluate.summary import COMPARED, MEASURES
 
 
 @dataclass(frozen=True)

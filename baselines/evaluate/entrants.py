@@ -1,8 +1,8 @@
 """Who takes part: from a word of the command line to a policy.
 
 A word is the name of a policy that is part of this package, the path of a policy file (``.npz``)
-or of a stable-baselines3 model (``.zip``), or ``module:Class``. ``name=word`` gives it another
-name; ``name=word,word,...`` is one policy that was trained several times.
+or of a stable-baselines3 model (``.zip``), or ``module:Class``. ``NAME=WORD`` gives it another
+name; ``NAME=WORD,WORD,...`` is one policy that was trained several times.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import inspect
+import re
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ import numpy as np
 from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
-from baselines import network
+from baselines import network, provenance
 from baselines.episodes import checked_action
 from baselines.evaluate.suites import Suite
 from baselines.paper import PaperPolicy
@@ -36,6 +37,9 @@ POLICIES: dict[str, Callable[[EnvParams], Policy]] = {
     "random": Random,
 }
 EXPORTED, SB3 = ".npz", ".zip"
+SB3_NEEDS = ("stable-baselines3", "torch")
+NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
+"""Of a policy: it also names a folder."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,10 @@ class Source:
         if self.path is None:
             if ":" not in self.word:
                 choice("policy", self.word, POLICIES)
-            self._class()
+            try:
+                self._class()
+            except SyntaxError as error:
+                raise ValueError(f"{self.word}: {error}") from error
         elif not self.path.is_file():
             raise FileNotFoundError(f"{self.word}: there is no such file")
         elif self.path.suffix == SB3 and not trusted:
@@ -93,20 +100,28 @@ class Source:
             )
 
     def fingerprint(self) -> str:
-        """A digest of what it is; for a policy of this package, which it is."""
+        """A digest of what it is; for a policy of this package, which it is.
+
+        Of a class it covers the file in which it is written, not what that imports.
+        """
         if self.word in POLICIES:
             return self.word
         path = self.path or Path(inspect.getsourcefile(self._class()) or "")
-        return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+        return digest if path.suffix != SB3 else f"{digest} with {_libraries(SB3_NEEDS)}"
 
-    def _class(self) -> Callable[[EnvParams], Policy]:
+    def _class(self) -> type[Any]:
         module, _, name = self.word.partition(":")
         if "" not in sys.path:
             sys.path.insert(0, "")  # modules of the folder in which the command was given
         found = getattr(importlib.import_module(module), name, None)
-        if not callable(found):
+        if not inspect.isclass(found):
             raise ValueError(f"{self.word}: the module {module} has no class {name!r}")
         return found
+
+
+def _libraries(names: Sequence[str]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in provenance.versions(names).items())
 
 
 @dataclass(frozen=True)
@@ -127,13 +142,29 @@ class Entrant:
 
 
 def entrant(word: str) -> Entrant:
-    """From a word of the command line."""
-    name, given, sources = word.rpartition("=")
-    members = tuple(Source(source) for source in sources.split(","))
-    if given:
-        return Entrant(name, members)
-    path = members[0].path
-    return Entrant(members[0].word.rpartition(":")[2] if path is None else path.stem, members)
+    """From a word of the command line.
+
+    Raises:
+        ValueError: a name that cannot be one, or several trainings without a name of their own.
+    """
+    name, given, rest = word.partition("=")
+    if not given or Path(word).exists():
+        name, given, rest = "", "", word
+    sources = tuple(Source(source) for source in rest.split(","))
+    if len(sources) > 1 and (not given or any(one.word in POLICIES for one in sources)):
+        raise ValueError(
+            f"{word}: several trainings of one policy need a name and files or classes of their "
+            "own, NAME=A.zip,B.zip; part different policies with spaces"
+        )
+    path = sources[0].path
+    if not given:
+        name = sources[0].word.rpartition(":")[2] if path is None else path.stem
+    if not NAME.fullmatch(name):
+        raise ValueError(
+            f"{word}: {name!r} cannot be a name; begin with a letter or a digit and use these, "
+            "dots, plus, minus and underscores"
+        )
+    return Entrant(name, sources)
 
 
 def entrants(words: Sequence[str], suite: Suite, trusted: bool) -> tuple[Entrant, ...]:
@@ -162,15 +193,36 @@ def _try(source: Source, params: EnvParams, seed: int) -> None:
     """Makes the policy and lets it decide once.
 
     Raises:
-        ValueError, TypeError: it cannot be made, or its actions have another shape or type.
+        ValueError, TypeError: it cannot be made, or does not speak as ``Policy`` says.
     """
-    policy = source.make(params)
+    policy = _made(source, params)
     if not hasattr(policy, "act"):
         raise ValueError(f"{source.word} is not a policy: it has no method act")
     simulation = Simulation(params)
     observation = simulation.reset(seeds=[seed])
+    given = (simulation.sensed, observation, None, np.ones(1, dtype=np.bool_))
     try:
-        action, _ = policy.act(simulation.sensed, observation, None, np.ones(1, dtype=np.bool_))
+        inspect.signature(policy.act).bind(*given)
+    except TypeError as error:
+        raise ValueError(
+            f"{source.word}: act must take (sensed, observation, memory, fresh): {error}"
+        ) from error
+    try:
+        decided = policy.act(*given)
     except Exception:
         return  # It fails its episodes, one by one, and each is named.
-    checked_action(action, (1, params.num_boats, 2))
+    if not (isinstance(decided, tuple) and len(decided) == 2):
+        raise ValueError(
+            f"{source.word}: act returned {type(decided).__name__}: return (action, memory)"
+        )
+    checked_action(decided[0], (1, params.num_boats, 2))
+
+
+def _made(source: Source, params: EnvParams) -> Policy:
+    """The policy; whatever else its class raises becomes a ValueError that names it."""
+    try:
+        return source.make(params)
+    except (ValueError, ImportError, OSError):
+        raise
+    except Exception as error:
+        raise ValueError(f"{source.word}: {type(error).__name__}: {error}") from error

@@ -114,7 +114,7 @@ def pages(results: Sequence[Results], folder: Path, readme: Path) -> dict[Path, 
     Raises:
         ValueError: the readme has no place for the table.
     """
-    text = marks.replaced(readme.read_text(), START, END, overview(results))
+    text = marks.replaced(readme.read_text(encoding="utf-8"), START, END, overview(results))
     return {readme: text, folder / "README.md": page(results)}
 
 
@@ -129,11 +129,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         wanted = pages(read(options.results), options.results, options.page)
     except (ValueError, OSError) as error:
         parser.error(str(error))
-    stale = [p for p, text in wanted.items() if not p.exists() or p.read_text() != text]
+    stale = [
+        p for p, text in wanted.items() if not p.exists() or p.read_text(encoding="utf-8") != text
+    ]
     if options.check and stale:
         sys.exit(f"stale: {', '.join(map(str, stale))}: run {parser.prog}")
     for path in stale:
-        path.write_text(wanted[path])
+        path.write_text(wanted[path], encoding="utf-8")
         print(f"{path}: written")
 
 

@@ -1,8 +1,8 @@
 """Episodes as trajectories, for imitation and offline learning.
 
 Each is a compressed NPZ of its own, ``ARM/POLICY/SEED.npz`` below the folder ``trajectories``
-(``POLICY-k`` for the k-th training), with these arrays; T steps, A boats, B = 1 + A bodies (the
-vessel first), K observed numbers:
+(``ARM/POLICY/N/SEED.npz`` for the N-th of several trainings), with these arrays; T steps, A boats,
+B = 1 + A bodies (the vessel first), K observed numbers:
 
 ==================  ======================  ========================================================
 ``observation``     (T + 1, A, K) float32   what each boat observed; the last at the end
@@ -24,15 +24,17 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
 from asv_env import observation
 from asv_env.params import EnvParams
-from baselines.episodes import Track, Trajectory
+from baselines.episodes import Episode, Track, Trajectory
 from baselines.evaluate import seeds
 
 FOLDER = "trajectories"
@@ -40,12 +42,33 @@ FOLDER = "trajectories"
 
 def folder(out: Path, arm: str, policy: str, training: int | None) -> Path:
     """Where the trajectories of some episodes lie, below a run's output folder."""
-    return out / FOLDER / arm / (policy if training is None else f"{policy}-{training}")
+    own = out / FOLDER / arm / policy
+    return own if training is None else own / str(training)
+
+
+def remove(out: Path, policy: str) -> None:
+    """Removes all trajectories of a policy below a run's output folder."""
+    for own in (out / FOLDER).glob(f"*/{policy}"):
+        shutil.rmtree(own)
 
 
 def path(folder: Path, seed: int) -> Path:
     """Of the file of an episode."""
     return folder / f"{seed}.npz"
+
+
+def clear(folder: Path) -> None:
+    """Removes what runs that were killed have left half written."""
+    for part in folder.glob("*.part"):
+        part.unlink()
+
+
+def holds(folder: Path, row: Episode) -> bool:
+    """Whether the trajectory of just this episode is there."""
+    try:
+        return bool(load(path(folder, row.seed))[1]["episode"] == asdict(row))
+    except (FileNotFoundError, ValueError):
+        return False
 
 
 def save(folder: Path, track: Track, params: EnvParams) -> None:
@@ -80,7 +103,7 @@ def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:
         with np.load(file, allow_pickle=False) as saved:
             arrays = {f.name: saved[f.name] for f in fields(Trajectory)}
             about = json.loads(str(saved["about"]))
-    except (KeyError, ValueError) as error:
+    except (KeyError, ValueError, BadZipFile) as error:
         raise ValueError(f"{file} is not a recorded trajectory: {error}") from error
     arrays["terminated"] = bool(arrays["terminated"])
     return Trajectory(**arrays), about

@@ -13,7 +13,7 @@ import numpy as np
 
 from asv_env.types import Bool, Float
 from baselines.episodes import COLUMNS, Episode
-from baselines.evaluate.suites import Suite
+from baselines.evaluate.suites import Arm, Suite
 
 NOTHING = ""
 """In a CSV file, where a column does not apply."""
@@ -70,27 +70,44 @@ def of_rows(suite: Suite, rows: Iterable[Episode]) -> Results:
     """Results from rows in any order, such as those of a file.
 
     Raises:
-        ValueError: rows of other arms, or not the same episodes for every policy.
+        ValueError: rows that are not those of the suite's first episodes, or not the same ones
+            for every policy and in every arm.
     """
-    found: dict[tuple[str, str], dict[int | None, list[Episode]]] = {}
+    found: dict[str, dict[str, dict[int | None, dict[int, Episode]]]] = {}
     for row in rows:
-        trainings = found.setdefault((row.arm, row.policy), {})
-        trainings.setdefault(row.training_seed, []).append(row)
-    policies = tuple(dict.fromkeys(policy for _, policy in found))
-    wanted = [(arm.name, policy) for arm in suite.arms for policy in policies]
-    if sorted(wanted) != sorted(found):
-        raise ValueError(f"the rows are not those of all arms of {suite.name} for each policy")
-    seeds = sorted(row.seed for row in found[wanted[0]][min(found[wanted[0]], key=_number)])
-    for trainings in found.values():
-        for training in trainings.values():
-            training.sort(key=lambda row: row.seed)
-            if [row.seed for row in training] != seeds:
-                raise ValueError("not every policy has met the same episodes in every arm")
-    by_training = {
-        key: [trainings[number] for number in sorted(trainings, key=_number)]
-        for key, trainings in found.items()
-    }
-    return Results(suite.first(len(seeds)), policies, by_training)
+        trainings = found.setdefault(row.policy, {}).setdefault(row.arm, {})
+        trainings.setdefault(row.training_seed, {})[row.seed] = row
+    count = max((row.seed for row in _all(found)), default=suite.seed - 1) - suite.seed + 1
+    suite = suite.first(count)
+    kept: dict[tuple[str, str], list[list[Episode]]] = {}
+    for policy, arms in found.items():
+        numbers = sorted(next(iter(arms.values())), key=_number)
+        for arm in suite.arms:
+            trainings = arms.get(arm.name, {})
+            if sorted(trainings, key=_number) != numbers or len(arms) != len(suite.arms):
+                raise ValueError(f"{policy}: not all arms of {suite.name} are there, or others")
+            kept[arm.name, policy] = [_checked(suite, arm, trainings[n]) for n in numbers]
+    if not kept:
+        raise ValueError(f"there are no episodes of {suite.name}")
+    return Results(suite, tuple(found), kept)
+
+
+def _all(found: Mapping[str, Any]) -> Iterator[Episode]:
+    for arms in found.values():
+        for trainings in arms.values():
+            for rows in trainings.values():
+                yield from rows.values()
+
+
+def _checked(suite: Suite, arm: Arm, rows: Mapping[int, Episode]) -> list[Episode]:
+    """Rows of one training in one arm, in the order of their seeds."""
+    if sorted(rows) != list(suite.seeds):
+        raise ValueError(f"{arm.name}: seeds are not the first ones of {suite.name}")
+    is_of = (arm.task, arm.scenario, arm.params.num_boats)
+    for row in rows.values():
+        if (row.task, row.scenario, row.num_boats) != is_of:
+            raise ValueError(f"{arm.name}, seed {row.seed}: not an episode of {suite.name}")
+    return [rows[seed] for seed in suite.seeds]
 
 
 def _number(training: int | None) -> int:
@@ -100,7 +117,7 @@ def _number(training: int | None) -> int:
 def write_csv(path: Path, rows: Iterable[Episode]) -> None:
     """Writes rows, all at once; ``NOTHING`` where a column does not apply."""
     part = path.with_name(f"{path.name}.part")
-    with part.open("w", newline="") as file:
+    with part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS, restval=NOTHING, lineterminator="\n")
         writer.writeheader()
         writer.writerows(asdict(row) for row in rows)
@@ -113,7 +130,7 @@ def read_csv(path: Path) -> list[Episode]:
     Raises:
         ValueError: its columns are others, or a value is none.
     """
-    with path.open(newline="") as file:
+    with path.open(newline="", encoding="utf-8") as file:
         reader = csv.DictReader(file)
         if tuple(reader.fieldnames or ()) != COLUMNS:
             raise ValueError(f"{path}: columns must be {', '.join(COLUMNS)}")

@@ -11,6 +11,7 @@ import json
 import sqlite3
 import zlib
 from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,10 @@ from asv_env.types import Float
 from baselines.episodes import Episode, Track
 
 NAME = "episodes.sqlite"
+POLICY = "policy "
+"""What the names of policies begin with, among the origins."""
+LAYOUT = 1
+"""Of the rows and tracks in the database: another one wherever old ones would be misread."""
 UNITS = (1e-3, 1e-3, 1e-4)
 """In which poses are kept: m, m, rad."""
 TABLES = """
@@ -51,40 +56,42 @@ class Store:
         policies: what the policies are made from, by name.
         replace: whether episodes of another origin or of other policies may be removed.
 
+    Attributes:
+        dropped: policies whose episodes have been removed.
+
     Raises:
         FileExistsError: the folder holds episodes of another origin, or another run writes to it.
+        OSError: the database cannot be written.
     """
 
     def __init__(
         self, folder: Path, origin: Mapping[str, Any], policies: Mapping[str, Any], replace: bool
     ) -> None:
         self._path = folder / NAME
-        wanted = {name: _text(value) for name, value in origin.items()}
+        shared = {name: _text(value) for name, value in origin.items()}
+        own = {f"{POLICY}{name}": _text(value) for name, value in policies.items()}
+        wanted = {"layout": _text(LAYOUT), **shared, **own}
         found = _origin(self._path)
-        made_from = {f"policy {name}": _text(value) for name, value in policies.items()}
-        other = [n for n, v in {**wanted, **made_from}.items() if found.get(n, v) != v]
+        other = [name for name in wanted if found.get(name, wanted[name]) != wanted[name]]
         if other and not replace:
             name = other[0]
             raise FileExistsError(
-                f"{folder} holds episodes of another {name} ({found[name]}, now "
-                f"{ {**wanted, **made_from}[name] }): choose another folder with --out, or replace "
-                "them with --overwrite"
+                f"{folder} holds episodes of another {name} ({found[name]}, now {wanted[name]}): "
+                "choose another folder with --out, or replace them with --overwrite"
             )
-        if set(other) & set(wanted):
+        if set(other) - set(own):
             self._path.unlink()
+            other = [name for name in found if name.startswith(POLICY)]
+        self.dropped = tuple(name.removeprefix(POLICY) for name in other)
         folder.mkdir(parents=True, exist_ok=True)
-        self._base = sqlite3.connect(self._path, timeout=1.0)
-        self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
-        try:
+        with _named(self._path):
+            self._base = sqlite3.connect(self._path, timeout=1.0)
+            self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
             self._base.executescript(TABLES)
             with self._base:
-                for name in other:
-                    policy = name.removeprefix("policy ")
-                    self._base.execute("DELETE FROM episode WHERE policy = ?", (policy,))
-                rows = {**wanted, **made_from}.items()
-                self._base.executemany("REPLACE INTO origin VALUES (?, ?)", rows)
-        except sqlite3.OperationalError as error:
-            raise FileExistsError(f"{self._path} is in use by another run ({error})") from error
+                for name in self.dropped:
+                    self._base.execute("DELETE FROM episode WHERE policy = ?", (name,))
+                self._base.executemany("REPLACE INTO origin VALUES (?, ?)", wanted.items())
 
     def close(self) -> None:
         """Leaves the database."""
@@ -99,7 +106,7 @@ class Store:
         """Keeps an episode; it is on disk when this returns."""
         row = json.dumps(asdict(track.episode))
         values = (*_key(series), track.episode.seed, row, packed(track))
-        with self._base:
+        with _named(self._path), self._base:
             self._base.execute("REPLACE INTO episode VALUES (?, ?, ?, ?, ?, ?)", values)
 
     def rows(self, series: Series, seeds: range) -> Iterator[Episode]:
@@ -129,25 +136,32 @@ def _key(series: Series) -> tuple[str, str, int]:
     return series.arm, series.policy, series.training
 
 
-def _origin(path: Path) -> dict[str, str]:
-    """By what the episodes of a database were made.
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Errors of the database name its file, and say what can be done."""
+    try:
+        yield
+    except sqlite3.DatabaseError as error:
+        code = getattr(error, "sqlite_errorcode", None)
+        if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+            raise FileExistsError(
+                f"{path} is in use by another run: wait for it, or choose another folder with --out"
+            ) from error
+        if code == sqlite3.SQLITE_NOTADB:
+            raise FileExistsError(
+                f"{path} is not a database of episodes: remove it, or choose another --out"
+            ) from error
+        raise OSError(f"{path}: {error}") from error
 
-    Raises:
-        FileExistsError: it is in use, or is no such database.
-    """
+
+def _origin(path: Path) -> dict[str, str]:
+    """By what the episodes of a database were made; nothing of an empty one."""
     if not path.exists():
         return {}
-    base = sqlite3.connect(path, timeout=1.0)
-    try:
-        return dict(base.execute("SELECT name, value FROM origin"))
-    except sqlite3.OperationalError as error:
-        if "no such table" in str(error):
+    with _named(path), closing(sqlite3.connect(path, timeout=1.0)) as base:
+        if not base.execute("SELECT 1 FROM sqlite_master WHERE name = 'origin'").fetchone():
             return {}
-        raise FileExistsError(f"{path} is in use by another run ({error})") from error
-    except sqlite3.DatabaseError as error:
-        raise FileExistsError(f"{path} is not a database of episodes: remove it") from error
-    finally:
-        base.close()
+        return dict(base.execute("SELECT name, value FROM origin"))
 
 
 def packed(track: Track) -> bytes:

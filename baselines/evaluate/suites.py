@@ -133,7 +133,7 @@ def _rounded(value: Any) -> Any:
 
 def custom(
     tasks: Sequence[str],
-    scenarios: Sequence[str],
+    disturbances: Sequence[str],
     teams: Sequence[int | None],
     preset: str,
     goal: tuple[float, ...] | None,
@@ -145,22 +145,23 @@ def custom(
     Raises:
         ValueError: an unknown name, a value out of range, or one that is named twice.
     """
-    for values in (tasks, scenarios, teams):
+    given = {"--task": tasks, "--scenario": disturbances, "--num-boats": teams}
+    for flag, values in given.items():
         if len(set(values)) < len(values):
-            raise ValueError(f"{' '.join(map(str, values))}: name each once")
+            raise ValueError(f"{flag} {' '.join(map(str, values))}: name each once")
     options: dict[str, Any] = {} if goal is None else {"goal": goal}
     arms = []
-    for task, scenario, team in product(tasks, scenarios, teams):
+    for task, scenario, team in product(tasks, disturbances, teams):
         arm = Arm("", "", None, task, scenario, preset, team, options)
         boats = arm.params.num_boats
-        arms.append(replace(arm, name=_arm_name(tasks, scenarios, teams, task, scenario, boats)))
-    about = f"{_listed(tasks)}; {_listed(scenarios)}"
+        arms.append(replace(arm, name=_arm_name(tasks, disturbances, teams, task, scenario, boats)))
+    about = f"{_listed(tasks)}; {_listed(disturbances)}"
     return Suite("custom", about, tuple(arms), seed, episodes)
 
 
 def _arm_name(
     tasks: Sequence[str],
-    scenarios: Sequence[str],
+    disturbances: Sequence[str],
     teams: Sequence[int | None],
     task: str,
     scenario: str,
@@ -169,7 +170,7 @@ def _arm_name(
     """What sets an arm apart in its sweep."""
     parts = [task] * (len(tasks) > 1)
     parts += [f"{boats} boats"] * (len(teams) > 1)
-    parts += [scenario] * (len(scenarios) > 1 or not parts)
+    parts += [scenario] * (len(disturbances) > 1 or not parts)
     return ", ".join(parts)
 
 

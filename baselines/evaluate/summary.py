@@ -47,6 +47,8 @@ MEASURES = {
     "closure_lost": Measure("closure lost", ""),
     "episode_return": Measure("return", ""),
 }
+COMPARED = ("time_to_goal", "time_to_closure", "min_position_error", "effort")
+"""Columns of which differences are taken."""
 
 
 def summarise(results: Results) -> dict[str, Any]:
@@ -134,7 +136,7 @@ def _comparison(
     successes = results.success(*first), results.success(*second)
     single = len(successes[0]) == len(successes[1]) == 1
     differences = {}
-    for column in ("time_to_goal", "time_to_closure", "min_position_error", "effort"):
+    for column in COMPARED:
         pair = results.column(*first, column), results.column(*second, column)
         if all(np.isfinite(values).any() for values in pair):
             differences[column] = asdict(statistics.difference(*pair))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 import traceback
 from collections.abc import Iterator, Sequence
@@ -28,6 +29,10 @@ from baselines.evaluate.suites import Arm
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+class WorkerError(RuntimeError):
+    """A worker has failed or was killed."""
+
+
 @dataclass(frozen=True)
 class Job:
     """Episodes to run.
@@ -36,6 +41,7 @@ class Job:
         series: to which they belong.
         arm: condition.
         source: of the policy.
+        fingerprint: of the source when it was checked.
         label: of the rows.
         seeds: one an episode.
         num_envs: worlds side by side.
@@ -45,13 +51,20 @@ class Job:
     series: Series
     arm: Arm
     source: Source
+    fingerprint: str
     label: Label
     seeds: tuple[int, ...]
     num_envs: int
     record: Path | None = None
 
     def run(self) -> Iterator[Track]:
-        """Tracks in the order in which the episodes end, trajectories saved."""
+        """Tracks in the order in which the episodes end, trajectories saved.
+
+        Raises:
+            ValueError: the policy has become another one since.
+        """
+        if self.source.fingerprint() != self.fingerprint:
+            raise ValueError(f"{self.source.word} has changed since the run began: start it again")
         params, keep = self.arm.params, self.record is not None
         for track in episodes.run(
             self.source.make, params, self.seeds, self.num_envs, self.label, keep
@@ -69,7 +82,7 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, Track]]:
         workers: processes; 0 runs everything in this one, as a debugger wants it.
 
     Raises:
-        RuntimeError: a worker has failed or was killed.
+        WorkerError: a worker has failed or was killed.
     """
     if workers == 0:
         for job in jobs:
@@ -85,7 +98,8 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, Track]]:
                 if message is not None:
                     yield message
                 elif todo:
-                    connection.send(todo.pop())
+                    with _alive(pool[connection]):
+                        connection.send(todo.pop())
                 else:
                     del pool[connection]
                     connection.close()
@@ -93,37 +107,38 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, Track]]:
 
 def _received(connection: Connection, process: BaseProcess) -> tuple[Series, Track] | None:
     """A finished episode, or None where a worker asks for a job."""
-    try:
+    with _alive(process):
         message: Any = connection.recv()
-    except (EOFError, ConnectionResetError):
-        process.join()
-        raise RuntimeError(
-            f"a worker ended with exit code {process.exitcode}; finished episodes are kept: give "
-            "the same command again to go on, with smaller --num-envs or --workers if memory ran "
-            "out"
-        ) from None
     if isinstance(message, str):
-        raise RuntimeError(f"a worker failed; finished episodes are kept\n{message}")
+        raise WorkerError(f"a worker failed:\n{message}")
     return message
+
+
+@contextmanager
+def _alive(process: BaseProcess) -> Iterator[None]:
+    """Says how a process ended that does not answer."""
+    try:
+        yield
+    except (EOFError, OSError) as error:
+        process.join()
+        raise WorkerError(
+            f"a worker ended with exit code {process.exitcode}; if memory ran out, use smaller "
+            "--num-envs or --workers"
+        ) from error
 
 
 @contextmanager
 def _pool(workers: int) -> Iterator[dict[Connection, BaseProcess]]:
     """Processes by the connection to each, which ask for a job with None."""
     context = multiprocessing.get_context("spawn")
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
     pool: dict[Connection, BaseProcess] = {}
-    try:
+    with _inherited():
         for _ in range(workers):
             ours, theirs = context.Pipe()
             process: BaseProcess = context.Process(target=_work, args=(theirs,), daemon=True)
             process.start()
             theirs.close()
             pool[ours] = process
-    finally:
-        for name, value in before.items():
-            os.environ.pop(name) if value is None else os.environ.update({name: value})
     started = list(pool.values())
     try:
         yield pool
@@ -132,19 +147,35 @@ def _pool(workers: int) -> Iterator[dict[Connection, BaseProcess]]:
             process.terminate()
 
 
+@contextmanager
+def _inherited() -> Iterator[None]:
+    """What workers find: one thread, and no interest in Ctrl-C, which is for the parent alone."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, heard)
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.update({name: value})
+
+
 def _work(connection: Connection) -> None:
     """What a worker does."""
     threading.Thread(target=_leave_with_parent, daemon=True).start()
-    try:
-        while True:
+    while True:
+        try:
             connection.send(None)
             job = connection.recv()
+        except (EOFError, OSError):
+            return  # Nothing is left to do, or nobody to do it for.
+        try:
             for track in job.run():
                 connection.send((job.series, track))
-    except (EOFError, BrokenPipeError, KeyboardInterrupt):
-        pass  # Nobody is left to work for.
-    except Exception:
-        connection.send(traceback.format_exc())
+        except Exception:
+            connection.send(traceback.format_exc())
+            return
 
 
 def _leave_with_parent() -> None:

@@ -44,7 +44,9 @@ def write(
     seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
     colours = charts.colours(results.policies)
     texts = (
-        page.document(results, summary, replay.world(results, players, colours, seeds), sections),
+        page.document(
+            results, summary, replay.world(results, players, floor, colours, seeds), sections
+        ),
         markdown.document(results, summary),
     )
     paths = [out / name for name in FILES]
@@ -69,7 +71,7 @@ def _section(
         policy: [t for p in players if p.policy == policy for t in found[p.key].values()]
         for policy in results.policies
     }
-    judged = [p.key for p in players if p.policy not in floor]
+    judged = [p.key for p in players if p.policy not in floor] or list(found)
     with svg.look():
         drawn = [
             page.drawn(chart, f"arm-{number}-{chart.name}")

@@ -34,7 +34,7 @@ class Chart:
         name: unique in its section; letters and hyphens.
         title: above it.
         figure: what it shows.
-        caption: how to read it, in Markdown without markup.
+        caption: how to read it.
         wide: whether it takes the whole width of the page.
     """
 
@@ -143,7 +143,7 @@ def _failures(results: Results, arm: Arm) -> Chart | None:
         "Failed episodes by cause, each excluding those before it: the darker, the earlier the "
         "episode went wrong. Numbers count episodes."
     )
-    figure = figures.failures(counts, episodes, colours(results.policies))
+    figure = figures.failures(counts, episodes)
     return Chart("failures", "Failures by cause", figure, caption, wide=True)
 
 
@@ -180,10 +180,11 @@ def _goals(results: Results, arm: Arm) -> Chart:
         [results.column(arm.name, first, name)[0] for name in ("goal_x", "goal_y")], axis=-1
     )
     success = {policy: results.success(arm.name, policy) for policy in results.policies}
-    many = any(table.size > figures.FEW for table in success.values())
     caption = "Where the goals were, seen from the vessel where it began (grey, to scale). "
-    if many:
-        caption += "In each cell the share of episodes that succeeded in percent, and their number."
+    if len(places) > maps.SCATTERED:
+        caption += (
+            "In each cell the share of episodes that succeeded, in percent, and their number."
+        )
     else:
         caption += "Dots: delivered; crosses: failed."
     if any(len(table) > 1 for table in success.values()):

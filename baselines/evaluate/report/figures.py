@@ -19,8 +19,8 @@ from baselines.episodes import CAUSES
 from baselines.evaluate import statistics
 from baselines.reproduce import style
 
-HALF, FULL = 5.3, 10.9
-"""Widths, inches: of two figures side by side, and of one alone."""
+HALF, WIDE, FULL = 5.3, 8.6, 10.9
+"""Widths, inches: of two figures side by side, of bars, and of panels side by side."""
 TALL = 3.5
 """Height of those side by side, inches."""
 MARKS = ("o", "s", "D", "^", "v", "P")
@@ -29,7 +29,7 @@ POINTS = 121
 FEW = 400
 """Marks of a panel up to which they are kept as lines, not as pixels."""
 PERCENT, FIFTHS = (0.0, 100.0), range(0, 101, 20)
-QUARTILES = (5, 25, 50, 75, 95)
+PERCENTILES = (5, 25, 50, 75, 95)
 RAMP = ("#6f5a8e", "#96598c", "#b9607f", "#d1716d", "#dc8a5c", "#dca858", "#d3c56a")
 """Of the causes of failure: the darker, the earlier the episode went wrong."""
 
@@ -52,7 +52,7 @@ def overview(
     """
     step = 0.2
     tall = step * len(shares) + 0.16
-    figure, axes = _axes(FULL if len(arms) > 1 else HALF * 1.3, 0.9 + tall * len(arms))
+    figure, axes = _axes(WIDE, 0.9 + tall * len(arms))
     for number, (policy, share) in enumerate(shares.items()):
         offset = (number - (len(shares) - 1) / 2) * step / tall
         rows = np.arange(len(arms)) + offset
@@ -106,13 +106,13 @@ def profile(scores: Mapping[str, Float], limit: float, colours: Colours) -> Figu
     """
     figure, axes = _axes(HALF, TALL)
     at = np.linspace(0.0, limit, POINTS)
-    for policy, times in scores.items():
-        share, low, high = statistics.profile(times, at)
+    for policy, table in scores.items():
+        share, low, high = statistics.profile(table, at)
         axes.fill_between(
             at, 100 * low, 100 * high, where=share > 0, color=colours[policy], alpha=0.15, lw=0.0,
             step="post",
         )  # fmt: skip
-        axes.step(at, 100 * share, where="post", color=colours[policy], label=policy)
+        axes.step(at, 100 * share, where="post", color=colours[policy], label=policy, clip_on=False)
     axes.set_xlim(0.0, limit)
     axes.set_xlabel("time [s]")
     axes.set(ylim=PERCENT, yticks=FIFTHS, ylabel="episodes done [%]")
@@ -151,33 +151,22 @@ def _spread(axes: Axes, row: float, values: Float, colour: str, rng: np.random.G
     if not len(values):
         return
     heights = row - 0.14 + 0.14 * (2 * rng.random(len(values)) - 1)
-    axes.plot(
-        values,
-        heights,
-        "o",
-        ms=3.0,
-        mew=0.0,
-        color=colour,
-        alpha=0.45,
-        rasterized=len(values) > FEW,
-    )
-    lowest, low, middle, high, highest = np.percentile(values, QUARTILES)
+    pixels = len(values) > FEW
+    axes.plot(values, heights, "o", ms=3.0, mew=0.0, color=colour, alpha=0.45, rasterized=pixels)
+    lowest, low, middle, high, highest = np.percentile(values, PERCENTILES)
     axes.hlines(row + 0.22, lowest, highest, color=colour, lw=1.4)
     axes.hlines(row + 0.22, low, high, color=colour, lw=6.0, capstyle="butt")
     axes.plot([middle], [row + 0.22], "o", ms=4.6, mfc="#ffffff", mec=colour, mew=1.4, zorder=4)
 
 
-def failures(
-    counts: Mapping[str, Mapping[str, int]], episodes: Mapping[str, int], colours: Colours
-) -> Figure:
+def failures(counts: Mapping[str, Mapping[str, int]], episodes: Mapping[str, int]) -> Figure:
     """What share of the episodes failed by which cause.
 
     Args:
         counts: by policy, number of failures by cause.
         episodes: by policy, number of all.
-        colours: by policy, of their names.
     """
-    figure, axes = _axes(FULL, 1.05 + 0.38 * len(counts))
+    figure, axes = _axes(WIDE, 1.05 + 0.38 * len(counts))
     left = np.zeros(len(counts))
     for cause, colour in zip(CAUSES, RAMP, strict=True):
         found = np.array([counts[policy].get(cause, 0) for policy in counts])

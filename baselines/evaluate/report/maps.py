@@ -29,8 +29,8 @@ INSIDE = 0.9
 LEAST, MOST = 1.5, 2.0
 Spread = tuple[float, float]
 """Mean and standard deviation."""
-CELLS = 7
-"""Along each side of the plane of goals, where there are many."""
+SCATTERED, CELLS = 250, 7
+"""Goals up to which each has a mark; if there are more, cells along each side of their plane."""
 
 
 def clouds(
@@ -55,7 +55,7 @@ def clouds(
     wide, high = _reach(heading, turn), _reach(distance, near)
     if reference is not None:
         high, wide = max(high, 1.05 * sum(reference[0])), max(wide, 1.2 * abs(reference[1][0]))
-    figure, panels = _panels(list(distance), 0.92, share=True)
+    figure, panels = _panels(list(distance), 0.92)
     for policy, axes in panels.items():
         _tolerance(axes, tolerance)
         if reference is not None:
@@ -103,13 +103,8 @@ def _marks(axes: Axes, x: Float, y: Float, done: Bool, colour: str) -> None:
     """Full where the episode succeeded, open where it failed."""
     pixels = len(x) > FEW
     size, alpha = (2.6, 0.45) if pixels else (4.0, 0.7)
-    looks: dict[str, Any] = {
-        "rasterized": pixels,
-        "ls": "none",
-        "marker": "o",
-        "ms": size,
-        "zorder": 3,
-    }
+    looks: dict[str, Any] = {"ls": "none", "marker": "o", "ms": size, "rasterized": pixels}
+    looks["zorder"] = 3
     axes.plot(x[~done], y[~done], mfc="none", mec=colour, mew=0.9, alpha=0.9, **looks)
     axes.plot(x[done], y[done], mfc=colour, mew=0.0, alpha=alpha, **looks)
 
@@ -126,13 +121,13 @@ def goals(
         reach: largest distance of a goal along either axis, m.
         colours: by policy.
     """
-    figure, panels = _panels(list(success), 1.0, share=True)
+    figure, panels = _panels(list(success), 1.0)
     for policy, axes in panels.items():
-        if success[policy].size > FEW:
-            _cells(axes, places, success[policy].mean(axis=0), reach, colours[policy])
+        share = success[policy].mean(axis=0)
+        if len(places) > SCATTERED:
+            _cells(axes, places, share, reach, colours[policy])
         else:
-            done = success[policy].mean(axis=0)
-            _verdicts(axes, places, done >= 0.5, colours[policy])
+            _verdicts(axes, places, share >= 0.5, colours[policy])
         axes.add_patch(Polygon(outline, fc=style.PALE, ec=style.BLACK, lw=0.9, zorder=2))
         axes.set_title(f"{policy}, {success[policy].mean():.1%}")
         _sea(axes, -1.06 * reach, 1.06 * reach, -1.06 * reach, 1.06 * reach)
@@ -182,7 +177,7 @@ def ways(
         goal: (n, 2) the same at the goal, where all episodes share one.
         colours: by policy.
     """
-    figure, panels = _panels(list(paths), 1.0, share=True)
+    figure, panels = _panels(list(paths), 1.0)
     hulls = outline if goal is None else np.concatenate([outline, goal])
     west, east, south, north = _bounds([p for some in paths.values() for p in some], hulls)
     for policy, axes in panels.items():
@@ -217,7 +212,7 @@ def _sea(axes: Axes, west: float, east: float, south: float, north: float) -> No
     axes.set_ylim(south, north)
 
 
-def _panels(policies: Sequence[str], aspect: float, share: bool) -> tuple[Figure, dict[str, Axes]]:
+def _panels(policies: Sequence[str], aspect: float) -> tuple[Figure, dict[str, Axes]]:
     """A figure with a panel a policy, high as ``aspect`` says of their width."""
     count = len(policies)
     columns = count if count <= COLUMNS else -(-count // 2)
@@ -226,7 +221,7 @@ def _panels(policies: Sequence[str], aspect: float, share: bool) -> tuple[Figure
     high = TITLE + aspect * ((width - LEFT) / columns - 0.06)
     figure = Figure(figsize=(width, rows * high + (rows + 1) / 2 * FOOT))
     figure.set_layout_engine("constrained", h_pad=GAP if rows > 1 else 0.04)
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=share, sharey=share)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     axes = list(grid.flat)
     for left in axes[count:]:
         left.remove()

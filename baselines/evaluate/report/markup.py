@@ -132,10 +132,11 @@ def _cell(words: str) -> str:
     return re.sub(r" (\[[^\]]*\])$", r' <span class="interval">\1</span>', text(words))
 
 
-def figure(title: str, drawing: str, caption: str, wide: bool) -> str:
-    """A figure with its title and caption."""
-    kind = "card wide" if wide else "card"
+def figure(title: str, drawing: str, caption: str, wide: bool, level: int = 4) -> str:
+    """A figure with its title, a heading of a level, and its caption."""
+    kind, heading = "card wide" if wide else "card", f"h{level}"
     return (
-        f'<figure class="{kind}"><h4>{text(title)}</h4><div class="scroll">{drawing}</div>'
+        f'<figure class="{kind}"><{heading}>{text(title)}</{heading}>'
+        f'<div class="scroll">{drawing}</div>'
         f"<figcaption>{text(caption)}</figcaption></figure>"
     )

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import metadata, resources
+from importlib import resources
 from string import Template
 from typing import Any
 
+import asv_env
 from baselines.evaluate import formats, table
 from baselines.evaluate.report import charts, markup, svg, words
 from baselines.evaluate.report.charts import Chart
@@ -46,7 +47,7 @@ def document(
     colours = charts.colours(results.policies)
     comparison = _comparison(results, summary, colours)
     with svg.look():
-        overview = drawn(charts.overview(results, summary), "overview")
+        overview = drawn(charts.overview(results, summary), "overview", level=3)
     return Template(_file("page.html")).substitute(
         title=markup.text(summary["suite"]),
         about=markup.prose(summary["about"]),
@@ -58,8 +59,8 @@ def document(
         nav=_nav(comparison),
         comparison=comparison,
         arms="".join(
-            _arm(results, summary, number, name, sections[name].charts, colours)
-            for number, name in enumerate(sections)
+            _arm(results, summary, number, name, section, colours)
+            for number, (name, section) in enumerate(sections.items())
         ),
         broken=_broken(results),
         embedded=markup.text(_embedded(results, sections)),
@@ -75,10 +76,10 @@ def document(
     )
 
 
-def drawn(chart: Chart, name: str) -> str:
-    """A chart as HTML; its name is unique in the page."""
+def drawn(chart: Chart, name: str, level: int = 4) -> str:
+    """A chart as HTML, below a heading of a level; its name is unique in the page."""
     drawing = svg.inline(chart.figure, name, f"{chart.title}. {chart.caption}")
-    return markup.figure(chart.title, drawing, chart.caption, chart.wide)
+    return markup.figure(chart.title, drawing, chart.caption, chart.wide, level)
 
 
 def _file(name: str) -> str:
@@ -103,7 +104,7 @@ def _facts(summary: Mapping[str, Any], colours: Colours) -> str:
         for name, prints in summary["policies"].items()
     ]
     pairs += [
-        ("asv-env", f"{metadata.version('asv-env')} {_quiet(origin['state of the code'])}"),
+        ("asv-env", f"{asv_env.__version__} {_quiet(origin['state of the code'])}"),
         ("set of episodes", _quiet(origin["set of episodes"])),
         (
             "libraries",
@@ -113,8 +114,8 @@ def _facts(summary: Mapping[str, Any], colours: Colours) -> str:
     return markup.facts(pairs)
 
 
-def _quiet(words: str) -> str:
-    return f'<span class="quiet">{markup.text(words)}</span>'
+def _quiet(text: str) -> str:
+    return f'<span class="quiet">{markup.text(text)}</span>'
 
 
 def _table(shown: Table, name: str, colours: Colours, first: str = "") -> str:
@@ -143,7 +144,7 @@ def _arm(
     summary: Mapping[str, Any],
     number: int,
     name: str,
-    drawings: Sequence[str],
+    section: Section,
     colours: Colours,
 ) -> str:
     """One arm, folded but for the first."""
@@ -159,13 +160,14 @@ def _arm(
         "Medians and IQM with their 95 % intervals.",
         f"table-arm-{number}",
     )
-    link = f'<a class="watch" href="#arm={markup.address(name)}">Watch episodes of this arm</a>'
+    link = f' <a class="watch" href="#arm={markup.address(name)}">Watch episodes of this arm</a>'
+    watch = link if section.episodes["seeds"] else ""
     return (
         f'<details class="arm" id="arm-{number}"{" open" if number == 0 else ""}>'
         f"<summary><h3>{markup.text(name)}</h3>"
         f'<span class="shares">{shares}</span></summary>'
-        f'<p class="about">{about}. {link}</p>'
-        f'<div class="charts">{"".join(drawings)}</div>'
+        f'<p class="about">{about}.{watch}</p>'
+        f'<div class="charts">{"".join(section.charts)}</div>'
         f"<h4>All measures</h4>{numbers}</details>"
     )
 
@@ -184,11 +186,10 @@ def _broken(results: Results) -> str:
 
 def _embedded(results: Results, sections: Mapping[str, Section]) -> str:
     """How many episodes can be watched."""
-    numbers = {len(section.episodes["seeds"]) for section in sections.values()}
-    count, all_of_them = results.suite.episodes, numbers == {results.suite.episodes}
-    if all_of_them:
-        return f"All {count} episodes of every arm are in this page." if count > 1 else ""
-    low, high = min(numbers), max(numbers)
+    numbers = [len(section.episodes["seeds"]) for section in sections.values()]
+    low, high, count = min(numbers), max(numbers), results.suite.episodes
+    if low == count:
+        return f"All episodes of every arm are in this page ({count} of {count})."
     some = f"{low}" if low == high else f"{low} to {high}"
     return (
         f"{some} of {count} episodes of an arm are in this page, the first ones and some in which "

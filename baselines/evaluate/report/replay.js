@@ -109,14 +109,15 @@
     select.value = chosen;
   }
 
-  /** The episodes of an arm, those in which a policy failed first. */
+  /** The episodes of an arm, first those in which a policy failed that need not. */
   function listSeeds(chosen) {
     const arm = control.arm.value;
     const block = episodes(arm);
-    const groups = [["With a failure", true], ["Without", false]].map(([label, failed]) => {
+    const none = ["No policy", world.floor.join(" and ")].filter(Boolean).join(" but ");
+    const groups = [["A policy", true], [none, false]].map(([who, failed]) => {
       const group = document.createElement("optgroup");
       const seeds = block.seeds.filter((_, k) => block.failed[k] === failed);
-      group.label = `${label} (${seeds.length})`;
+      group.label = `${who} failed (${seeds.length})`;
       group.append(...seeds.map((seed) => new Option(told(arm, seed), seed)));
       return group;
     });
@@ -262,6 +263,14 @@
     part("root").hidden = false;
   }
 
+  const redraw = () => state.box && draw();
+
+  /** Draws anew when pixels get finer or coarser, as on another screen. */
+  function watchPixels() {
+    const same = matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`);
+    same.addEventListener("change", () => { redraw(); watchPixels(); }, { once: true });
+  }
+
   function listen() {
     control.arm.addEventListener("change", () => listSeeds(Number(control.seed.value)));
     for (const name of ["arm", "seed", "left", "right"]) {
@@ -274,8 +283,9 @@
     part("previous").addEventListener("click", () => stepSeed(-1));
     part("next").addEventListener("click", () => stepSeed(1));
     part("root").addEventListener("keydown", pressed);
-    const resized = new ResizeObserver(() => state.box && draw());
+    const resized = new ResizeObserver(redraw);
     for (const { canvas } of sides) resized.observe(canvas);
+    watchPixels();
     for (const shown of [control.play, ...sides.map(({ canvas }) => canvas)]) {
       shown.addEventListener("click", () => play(!state.playing));
     }
@@ -286,7 +296,9 @@
     });
   }
 
-  fill();
-  listen();
-  follow();
+  if (world.arms.some(({ embedded }) => embedded)) {
+    fill();
+    listen();
+    follow();
+  }
 })();

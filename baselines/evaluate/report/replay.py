@@ -78,11 +78,12 @@ def chosen(results: Results, arm: str, floor: Sequence[str], number: int) -> lis
         number: of first episodes; as many again are added in which a policy failed.
     """
     seeds = list(results.suite.seeds)
+    first = set(seeds[:number])
     judged = [policy for policy in results.policies if policy not in floor]
     success = np.concatenate([results.success(arm, p) for p in judged or results.policies])
     failed = [seed for seed, done in zip(seeds, success.T, strict=True) if not done.all()]
-    later = [seed for seed in failed if seed not in set(seeds[:number])]
-    return sorted({*seeds[:number], *later[:number]})
+    later = [seed for seed in failed if seed not in first]
+    return sorted({*first, *later[:number]})
 
 
 def floor(policies: Mapping[str, Sequence[str]]) -> list[str]:
@@ -105,6 +106,7 @@ def tracks(
 def world(
     results: Results,
     some: Sequence[Player],
+    floor: Sequence[str],
     colours: Colours,
     embedded: Mapping[str, Sequence[int]],
 ) -> dict[str, Any]:
@@ -117,6 +119,7 @@ def world(
             {"name": policy, "keys": [one.key for one in some if one.policy == policy]}
             for policy in results.policies
         ],
+        "floor": list(floor) if len(floor) < len(results.policies) else [],
         "arms": [_stage(arm, len(embedded[arm.name])) for arm in results.suite.arms],
         "palette": _palette(),
         "units": UNITS,

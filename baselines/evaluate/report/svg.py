@@ -16,7 +16,7 @@ from baselines.reproduce import style
 PX_PER_INCH, PT_PER_INCH = 96, 72
 DPI = 160
 """Of what is kept as pixels."""
-SMALLEST = 0.7
+SMALLEST = 0.63
 """Share of its size below which a drawing is not shrunk, so that it can be read on a phone."""
 THEME = {
     style.BLACK: "currentColor",
@@ -29,6 +29,7 @@ THEME = {
 _SETTINGS: dict[str, Any] = {
     "svg.fonttype": "none",  # text stays text: it takes the page's font and can be searched
     "svg.hashsalt": "report",
+    "text.parse_math": False,  # names may have any letters
     "path.simplify_threshold": 0.15,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -101,7 +102,7 @@ def _plain(text: str) -> str:
     body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
     body = re.sub(r"font-family: [^;\"]*;? ?", "", body)
     body = re.sub(r' transform="rotate\(-0 [^)]*\)"', "", body)
-    body = re.sub(r"(?<=\.\d\d)\d+", "", body)
+    body = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(?<=\.\d\d)\d+", "", tag[0]), body)
     return re.sub(r"\s*\n\s*", " ", body).replace("> <", "><")
 
 

@@ -59,7 +59,8 @@ def policy(prints: Sequence[str], name: str) -> str:
         return f"{len(prints)} trainings: {', '.join(prints)}"
     if len(prints[0]) == 16 and set(prints[0]) <= set("0123456789abcdef"):
         return f"fingerprint {prints[0]}"
-    return "of this package" if prints[0] == name else f"{prints[0]} of this package"
+    known = "part of this package"
+    return known if prints[0] == name else f"{prints[0]}, {known}"
 
 
 def arms(results: Results) -> dict[str, str]:
