@@ -30,7 +30,7 @@ def save(
         path: ends in ".gif" or ".mp4".
         make_policy: from parameters to a policy.
         params: of the environment.
-        seed: of the episode; it is the one that ``episodes.run`` counts under this seed.
+        seed: of the episode; it is the one that ``runner.run`` counts under this seed.
 
     Raises:
         ValueError: an unknown ending.

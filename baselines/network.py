@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,8 @@ ACTIVATIONS: dict[str, Callable[[Float], Float]] = {
     "tanh": np.tanh,
     "relu": lambda x: np.maximum(x, 0.0),
 }
+UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError)
+"""What reading a damaged NPZ raises."""
 Layers = Sequence[tuple[Float, Float]]
 
 
@@ -154,21 +157,26 @@ def read(path: Path) -> tuple[Layers, About]:
         raise ValueError(f"{path} is not a policy file: not an NPZ")
     try:
         with np.load(path, allow_pickle=False) as file:
-            about = json.loads(str(file["about"]))
+            fields_of = json.loads(str(file["about"]))
             count = sum(name.startswith("weight_") for name in file)
             layers = [(file[f"weight_{n}"], file[f"bias_{n}"]) for n in range(count)]
-    except (KeyError, ValueError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{path} is not a policy file: {error}") from error
-    known = {f.name for f in fields(About)}
-    if not isinstance(about, dict) or not set(about) <= known or not layers:
-        raise ValueError(f"{path} is not a policy file of the format {FORMAT!r}")
-    for before, after in pairwise(layers):
-        if before[0].shape[1:] != after[0].shape[:1]:
-            raise ValueError(f"{path}: layers of shapes {[w.shape for w, _ in layers]} do not fit")
-    try:
-        return layers, About(**{**about, "tasks": tuple(about.get("tasks", TASKS))})
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        about = About(**{**fields_of, "tasks": tuple(fields_of.get("tasks", TASKS))})
+        _check_layers(layers)
+    except (*UNREADABLE, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"{path} is not a policy file of the format {FORMAT!r}: {error}"
+        ) from error
+    return layers, about
+
+
+def _check_layers(layers: Layers) -> None:
+    """Refuses weights and biases that are not those of a perceptron."""
+    shapes = [(weight.shape, bias.shape) for weight, bias in layers]
+    fits = all(len(weight) == 2 and bias == weight[1:] for weight, bias in shapes)
+    if not (shapes and fits and all(b[0][0] == a[0][1] for a, b in pairwise(shapes))):
+        raise ValueError(f"layers of shapes {shapes} do not fit")
+    if not all(np.isfinite(array).all() for layer in layers for array in layer):
+        raise ValueError("weights are not finite")
 
 
 def load(path: Path, params: EnvParams) -> NetworkPolicy:

@@ -7,6 +7,7 @@ whose source you trust.
 from __future__ import annotations
 
 from pathlib import Path
+from pickle import PickleError
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,9 @@ class Sb3Policy:
     ``BoatVecEnv``, or that of the team (A, K) to (A, 2), as trained on ``gym.make``. Recurrent
     policies keep their state in the memory. Each world has a forward pass of its own, so that
     its actions do not depend on the batch.
+
+    Such a file does not say for which task and which kind of action it was trained, nor whether
+    its observations were normalised (``VecNormalize``): the environment has to be the same.
 
     Args:
         path: of the zip.
@@ -49,7 +53,7 @@ class Sb3Policy:
             options = {**data["policy_kwargs"], **({"use_sde": True} if data["use_sde"] else {})}
             self._policy = data["policy_class"](observes, acts, lambda _: 0.0, **options)
             self._policy.load_state_dict(weights["policy"])
-        except (KeyError, TypeError, RuntimeError) as error:
+        except (KeyError, TypeError, RuntimeError, AttributeError, EOFError, PickleError) as error:
             raise ValueError(f"{path} is not a saved stable-baselines3 model: {error}") from error
         self._policy.set_training_mode(False)
         self._joint = len(observes.shape) > 1

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from asv_env import make_params
-from baselines import episodes, evaluate, film, network
+from baselines import evaluate, film, network, runner
 from baselines.episodes import COLUMNS, Label
 from baselines.evaluate import options, recording
 from baselines.evaluate.entrants import Source
@@ -23,7 +23,7 @@ from baselines.evaluate.workers import Job, WorkerError
 from baselines.evaluate.workers import run as run_jobs
 from baselines.policy import Idle
 
-EPISODES = 60
+EPISODES = 40
 """Of a run that is killed again and again."""
 SHORT = ["--task", "push", "--episodes", "3", "--num-envs", "2", "--workers", "0"]
 
@@ -381,6 +381,79 @@ def test_a_file_that_is_no_policy_is_refused(tmp_path, capsys, text):
     assert "not a policy file" in said
 
 
+@pytest.mark.parametrize(
+    ("weight", "bias", "about", "message"),
+    [
+        ((47, 2), (3,), {}, "do not fit"),
+        ((47,), (2,), {}, "do not fit"),
+        ((46, 2), (2,), {}, "must map an observation of 47"),
+        ((47, 2), (2,), {"tasks": ("approach",)}, "is for the task approach, not for 'push'"),
+        ((47, 2), (2,), {"action_mode": "thrusters"}, "gives 'thrusters' actions"),
+        ((47, 2), (2,), {"observation_version": 0}, "observes by version 0"),
+    ],
+)
+def test_a_policy_file_that_does_not_fit_is_refused(tmp_path, capsys, weight, bias, about, message):
+    file = tmp_path / "mine.npz"
+    network.save(file, [(np.zeros(weight), np.zeros(bias))], network.About(**about))
+    assert message in refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
+
+
+@pytest.mark.parametrize("about", ["no json", '"text"', '{"tasks": null}', '{"unknown": 1}'])
+def test_a_policy_file_that_says_nonsense_of_itself_is_refused(tmp_path, capsys, about):
+    file = tmp_path / "mine.npz"
+    np.savez(file, about=np.array(about), weight_0=np.zeros((47, 2)), bias_0=np.zeros(2))
+    said = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
+    assert f"{file} is not a policy file" in said
+
+
+def test_a_policy_file_gives_what_its_perceptron_says():
+    rng = np.random.default_rng(0)
+    first, last = rng.normal(size=(47, 3)), rng.normal(size=(3, 2))
+    shift = rng.normal(size=3)
+    policy = network.NetworkPolicy(
+        [(first, shift), (last, np.zeros(2))], network.About(activation="relu"), make_params("push")
+    )
+    seen = rng.normal(size=(5, 4, 47)).astype(np.float32)
+    wanted = np.clip(np.maximum(seen @ first + shift, 0.0) @ last, -1.0, 1.0)
+    np.testing.assert_allclose(policy.forward(seen), wanted, atol=1e-5)
+
+
+def test_a_policy_that_decides_less_often_holds_its_action():
+    policy = network.NetworkPolicy(
+        [(np.eye(47, 2), np.zeros(2))], network.About(decide_every=3), make_params("push")
+    )
+    memory, done = None, []
+    for tick in range(8):
+        seen = np.full((2, 4, 47), tick / 10, dtype=np.float32)
+        fresh = np.array([tick == 0, tick in (0, 4)])
+        action, memory = policy.act(None, seen, memory, fresh)
+        done.append(np.round(10 * action[:, 0, 0]).astype(int).tolist())
+    assert done == [[0, 0], [0, 0], [0, 0], [3, 3], [3, 4], [3, 4], [6, 4], [6, 7]]
+
+
+@pytest.mark.parametrize("kind", ["joint", "off-policy"])
+def test_models_of_other_kinds_take_part(tmp_path, kind):
+    import gymnasium as gym
+    from stable_baselines3 import PPO, SAC
+
+    from asv_env.sb3_env import BoatVecEnv
+
+    if kind == "joint":
+        model = PPO("MlpPolicy", gym.make("asv_env/Push-v0"), device="cpu", seed=0)
+    else:
+        model = SAC(
+            "MlpPolicy", BoatVecEnv("push", num_envs=1), device="cpu", buffer_size=8, seed=0
+        )
+    model.save(tmp_path / "other.zip")
+    params = make_params("push", time_limit=0.5)
+    made = Source(str(tmp_path / "other.zip")).make(params)
+    (track,) = runner.run(lambda params: made, params, [0], 1, Label("other"), record=True)
+    assert track.episode.error is None
+    seen = track.trajectory.observation[0]
+    action, _ = model.predict(seen, deterministic=True)
+    np.testing.assert_allclose(track.trajectory.action[0], action, atol=1e-6)
+
+
 def test_pickles_are_not_read_unless_trusted(tmp_path, capsys, sb3_file):
     said = refused(capsys, *SHORT, "--policies", sb3_file, "--out", tmp_path / "none")
     assert "--trust-pickles" in said
@@ -513,7 +586,7 @@ def test_broken_episodes_are_not_run_again_for_want_of_a_trajectory(tmp_path, mo
     words = [*SHORT, "--policies", "broken_policies:RaisesNow", "--record", "--out", tmp_path]
     run(*words)
     assert all(row.error for row in rows(tmp_path))
-    monkeypatch.setattr("baselines.episodes.run", lambda *arguments: pytest.fail("run again"))
+    monkeypatch.setattr("baselines.runner.run", lambda *arguments: pytest.fail("run again"))
     run(*words)
 
 
@@ -529,5 +602,5 @@ def test_film_shows_the_episode_that_the_row_counts():
     params = make_params("push", goal=(0.0, -0.5, 0.0), time_limit=3.0)
     frames = list(film.frames(Idle, params, 0))
     assert len(frames) == 8 + film.LAST
-    (track,) = episodes.run(Idle, params, [0], 1, Label("idle"))
+    (track,) = runner.run(Idle, params, [0], 1, Label("idle"))
     assert track.episode.duration == 3.0

@@ -15,7 +15,7 @@ from asv_env import Simulation, make_params
 from asv_env.formation import slots
 from asv_env.tracking import FULL_SPEED, FULL_YAW_RATE
 from asv_env.types import rows
-from baselines import episodes
+from baselines import runner
 from baselines.coasting import coasting_speed
 from baselines.paper import IN_RANGE, PaperGains, PaperPolicy
 
@@ -295,7 +295,7 @@ def test_thrust_keeps_the_wheel_speed_up_in_steady_motion():
 def test_the_paper_controller_grasps_and_delivers_to_within_centimetres():
     """The paper: 4.88 +- 1.8 cm and -0.26 +- 0.44 rad at the instant of minimal distance."""
     params = make_params(preset="experiment")
-    tracks = episodes.run(PaperPolicy, params, range(12), 12)
+    tracks = runner.run(PaperPolicy, params, range(12), 12)
     done = [track.episode for track in tracks]
     errors = np.array([row.min_position_error for row in done])
     assert np.median(errors) < 0.0488

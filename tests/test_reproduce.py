@@ -8,7 +8,7 @@ import pytest
 
 from asv_env import Simulation, formation, make_params
 from asv_env.geometry import wrap
-from baselines import dubins, episodes, provenance, two_arc
+from baselines import dubins, episodes, provenance, runner, two_arc
 from baselines.arcs import advance
 from baselines.paper import ARRIVAL_TIME, IN_RANGE, PaperGains
 from baselines.policy import Idle
@@ -511,7 +511,7 @@ def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
 def test_both_comparisons_of_planners_have_the_same_goals():
     world = planners.world("nominal")
     params = replace(world, task=replace(world.task, time_limit=0.2))
-    tracks = list(episodes.run(Idle, params, range(3, 6), 3))
+    tracks = list(runner.run(Idle, params, range(3, 6), 3))
     tracks.sort(key=lambda track: track.episode.seed)
     expected = [track.goal for track in tracks]
     np.testing.assert_array_equal(planners.goals(params, range(3, 6)), expected)
@@ -553,7 +553,7 @@ def test_the_policy_drives_the_paths_of_the_planner(name):
         policy.act = watched
         return policy
 
-    tracks = list(episodes.run(make, params, range(6), 6))
+    tracks = list(runner.run(make, params, range(6), 6))
     goals = planners.goals(params, range(6))
     expected = dubins.shortest(goals, radius)
     if name == "two arcs":

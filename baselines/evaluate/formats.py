@@ -16,14 +16,18 @@ DIGITS = {"cm": 2, "s": 1, "rad": 3}
 
 
 def share(value: float | None) -> str:
-    """A share, in percent."""
-    return NOTHING if value is None else f"{value:.1%}"
+    """A share, in percent; nearly all is not rounded to all, nor hardly any to none."""
+    if value is None:
+        return NOTHING
+    text = f"{value:.1%}"
+    rounded_away = text in ("0.0%", "100.0%") and value not in (0.0, 1.0)
+    return f"{value:.2%}" if rounded_away else text
 
 
 def share_interval(estimate: Mapping[str, Any]) -> str:
     """The interval of a share."""
-    low, high = share(estimate["low"]), share(estimate["high"])
-    return NOTHING if NOTHING in (low, high) else f"{low} to {high}"
+    low, high = (_percent(estimate[key]) for key in ("low", "high"))
+    return NOTHING if NOTHING in (low, high) else f"{low}% to {high}%"
 
 
 def share_estimate(estimate: Mapping[str, Any]) -> str:

@@ -19,6 +19,8 @@ from baselines.evaluate.suites import PAPER_GOAL, SUITES, Suite, custom
 FILES = ("episodes.csv", "summary.json", *report.FILES)
 ONLY_CUSTOM = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")
 """Options that a suite has settled."""
+REPLAYS = 180
+"""Of a page, without those that are added where policies fail."""
 LEAST = {"episodes": 1, "num_envs": 1, "seed": 0, "workers": 0, "replays": 0}
 
 
@@ -70,9 +72,9 @@ def parser() -> argparse.ArgumentParser:
     out = made.add_argument_group("what is left")
     out.add_argument("--out", type=Path, metavar="DIR", help="folder (below runs)")
     out.add_argument(
-        "--replays", type=int, metavar="N", default=60,
+        "--replays", type=int, metavar="N",
         help="first episodes of each arm that can be watched in the report; where policies fail, "
-        "up to as many again (%(default)s)",
+        f"up to as many again ({REPLAYS} shared out over the arms)",
     )  # fmt: skip
     out.add_argument(
         "--record", action="store_true", help="save trajectories too, for imitation learning"
@@ -94,6 +96,8 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     try:
         _check_numbers(options)
         options.suite = _suite(options)
+        if options.replays is None:
+            options.replays = REPLAYS // len(options.suite.arms)
         options.entrants = entrants(options.policies, options.suite, options.trust_pickles)
         options.fingerprints = {
             one.name: [source.fingerprint() for source in one.sources] for one in options.entrants

@@ -23,7 +23,7 @@ from baselines.evaluate.suites import SUITES, Arm
 FOLDER, README = Path("docs/results"), Path("README.md")
 START = "<!-- results: what follows is written by python -m baselines.evaluate.published -->"
 END = "<!-- results: up to here -->"
-HEADS = ("arm", "what it is", "policy", "success [%]", "difference", "distance [cm]", "time [s]")
+HEADS = ("arm", "what it is", "policy", "success", "difference", "distance [cm]", "time [s]")
 INTRODUCTION = """\
 # Results on the suites
 
@@ -49,7 +49,7 @@ def read(folder: Path) -> list[Results]:
 
 
 def overview(results: Sequence[Results]) -> str:
-    """A line a suite, in Markdown: success of each policy over the arms, and where it is worst."""
+    """A line a suite, in Markdown: mean success of each policy over the arms, and its worst arm."""
     policies = list(dict.fromkeys(policy for one in results for policy in one.policies))
     lines = [
         [
@@ -66,12 +66,13 @@ def _overall(results: Results, policy: str) -> str:
     """Mean success over the arms, and the worst of them."""
     rates = {arm.name: results.success(arm.name, policy).mean() for arm in results.suite.arms}
     worst = min(rates, key=rates.__getitem__)
-    return f"{np.mean(list(rates.values())):.1%} (worst: {worst}, {rates[worst]:.1%})"
+    mean = formats.share(float(np.mean(list(rates.values()))))
+    return f"{mean} (worst: {worst}, {formats.share(float(rates[worst]))})"
 
 
 def page(results: Sequence[Results]) -> str:
     """All arms of all suites, in Markdown."""
-    parts = [INTRODUCTION]
+    parts = [INTRODUCTION.strip()]
     for one in results:
         suite = one.suite
         command = f"python -m baselines.evaluate --suite {suite.name} --policies "

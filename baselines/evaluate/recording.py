@@ -28,7 +28,6 @@ import shutil
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -36,6 +35,7 @@ from asv_env import observation
 from asv_env.params import EnvParams
 from baselines.episodes import Episode, Track, Trajectory
 from baselines.evaluate import seeds
+from baselines.network import UNREADABLE
 
 FOLDER = "trajectories"
 
@@ -103,7 +103,7 @@ def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:
         with np.load(file, allow_pickle=False) as saved:
             arrays = {f.name: saved[f.name] for f in fields(Trajectory)}
             about = json.loads(str(saved["about"]))
-    except (KeyError, ValueError, BadZipFile) as error:
+    except (*UNREADABLE, KeyError, ValueError) as error:
         raise ValueError(f"{file} is not a recorded trajectory: {error}") from error
     arrays["terminated"] = bool(arrays["terminated"])
     return Trajectory(**arrays), about

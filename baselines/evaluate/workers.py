@@ -19,7 +19,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from baselines import episodes
+from baselines import runner
 from baselines.episodes import Label, Track
 from baselines.evaluate import recording
 from baselines.evaluate.entrants import Source
@@ -66,7 +66,7 @@ class Job:
         if self.source.fingerprint() != self.fingerprint:
             raise ValueError(f"{self.source.word} has changed since the run began: start it again")
         params, keep = self.arm.params, self.record is not None
-        for track in episodes.run(
+        for track in runner.run(
             self.source.make, params, self.seeds, self.num_envs, self.label, keep
         ):
             if self.record is not None:

@@ -11,7 +11,7 @@ from tqdm import tqdm
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.types import Float
-from baselines import episodes
+from baselines import runner
 from baselines.episodes import TRACK_EVERY, Track
 from baselines.policy import Policy
 
@@ -50,7 +50,7 @@ def run(make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: 
         seeds: one an episode.
         what: is being run, for the bar.
     """
-    running = episodes.run(make_policy, params, seeds, WORLDS)
+    running = runner.run(make_policy, params, seeds, WORLDS)
     bar = tqdm(running, what, len(seeds), unit="episode", file=sys.stderr, leave=False, position=1)
     return sorted(bar, key=lambda track: track.episode.seed)
 

@@ -1,0 +1,158 @@
+"""Rows of files, and the published results that follow from them."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from baselines.episodes import Episode
+from baselines.evaluate import published
+from baselines.evaluate.results import of_rows, read_csv, write_csv
+from baselines.evaluate.suites import SUITES
+
+ROOT = Path(__file__).parents[1]
+RESULTS = ROOT / "docs/results"
+PUBLISHED = sorted(path.parent.name for path in RESULTS.glob("*/episodes.csv"))
+SUITE = SUITES["plane-v1"]
+
+
+def row(arm, seed, policy="one", **changes):
+    """An episode of a suite's arm, made up."""
+    values = {
+        "seed": seed, "policy": policy, "training_seed": None, "arm": arm.name, "task": arm.task,
+        "scenario": arm.scenario, "num_boats": 4, "success": True, "cause": None, "goal_x": 0.1,
+        "goal_y": -1 / 3, "goal_heading": None, "position_error": 1e-17, "heading_error": -0.1,
+        "min_position_error": 0.01, "heading_error_at_min": 0.02, "time_to_closure": None,
+        "closure_spread": None, "time_to_goal": 70.1, "duration": 70.1, "path_length_ratio": 1.5,
+        "effort": 20.0, "collisions": 3, "closure_lost": 0, "episode_return": 0.1 + 0.2,
+        "error": None,
+    }  # fmt: skip
+    return Episode(**{**values, **changes})
+
+
+def all_rows(policy="one", episodes=3, **changes):
+    seeds = SUITE.seeds[:episodes]
+    return [row(arm, seed, policy, **changes) for arm in SUITE.arms for seed in seeds]
+
+
+# ---------------------------------------------------------------- rows
+
+
+def test_rows_come_back_from_a_file_as_they_were(tmp_path):
+    rows = [
+        *all_rows(),
+        *all_rows("two", success=False, cause="policy error", error='ValueError: "a", b; ±1'),
+        *all_rows("three", training_seed=1),
+    ]
+    write_csv(tmp_path / "episodes.csv", rows)
+    assert read_csv(tmp_path / "episodes.csv") == rows
+
+
+@pytest.mark.parametrize("text", ["", "seed,policy\n1,x\n"])
+def test_a_file_of_other_columns_is_refused(tmp_path, text):
+    (tmp_path / "episodes.csv").write_text(text)
+    with pytest.raises(ValueError, match=r"episodes\.csv: columns must be seed, policy"):
+        read_csv(tmp_path / "episodes.csv")
+
+
+def test_rows_in_any_order_make_the_same_results():
+    rows = [*all_rows("one"), *all_rows("two", training_seed=0), *all_rows("two", training_seed=1)]
+    results = of_rows(SUITE, rows)
+    assert results.suite.episodes == 3
+    assert list(of_rows(SUITE, sorted(rows, key=lambda r: (r.policy, -r.seed)))) == list(results)
+    assert results.column("noisy", "two", "seed").tolist() == [list(SUITE.seeds[:3])] * 2
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ([], "no episodes of plane-v1"),
+        (all_rows()[1:], "seeds are not the first ones"),
+        ([replace(one, seed=one.seed - 5) for one in all_rows()], "seeds are not the first ones"),
+        (all_rows(task="push"), "not an episode of plane-v1"),
+        (all_rows(num_boats=5), "not an episode of plane-v1"),
+        ([one for one in all_rows() if one.arm == "noisy"], "not all arms"),
+        ([*all_rows(), row(replace(SUITE.arms[0], name="more"), 0)], "not all arms"),
+        (
+            [*all_rows(episodes=1), row(SUITE.arms[0], SUITE.seed, training_seed=1)],
+            "not all arms",
+        ),
+    ],
+)
+def test_rows_that_are_not_the_suites_are_refused(rows, message):
+    with pytest.raises(ValueError, match=message):
+        of_rows(SUITE, rows)
+
+
+# ---------------------------------------------------------------- pages
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Results that are not very good, and a page for them."""
+    (tmp_path / "plane-v1").mkdir()
+    rows = [*all_rows("one"), *all_rows("two", success=False, cause="strayed", time_to_goal=None)]
+    write_csv(tmp_path / "plane-v1/episodes.csv", rows)
+    (tmp_path / "page.md").write_text(f"before\n{published.START}\nold\n{published.END}\nafter\n")
+    return tmp_path
+
+
+def command(folder, *more):
+    published.main(["--results", str(folder), "--page", str(folder / "page.md"), *more])
+
+
+def test_pages_say_what_the_rows_do(folder):
+    command(folder)
+    page = (folder / "page.md").read_text(encoding="utf-8")
+    assert page.startswith("before\n")
+    assert page.endswith("after\n")
+    assert "| `plane-v1` | 2 × 3 | 100.0% (worst: nominal, 100.0%) | 0.0% (worst:" in page
+    arms = (folder / "README.md").read_text(encoding="utf-8")
+    assert "| one | 100.0% [43.9, 100.0] |" in arms
+    assert "| two | 0.0% [0.0, 56.1] | −100.0 [" in arms
+
+
+def test_stale_pages_are_named_and_left_alone(folder):
+    before = (folder / "page.md").read_text()
+    with pytest.raises(SystemExit, match=r"stale: .*page\.md"):
+        command(folder, "--check")
+    assert (folder / "page.md").read_text() == before
+    command(folder)
+    command(folder, "--check")
+    rows = read_csv(folder / "plane-v1/episodes.csv")
+    write_csv(folder / "plane-v1/episodes.csv", [replace(rows[0], success=False), *rows[1:]])
+    with pytest.raises(SystemExit, match="stale"):
+        command(folder, "--check")
+
+
+def test_a_page_without_a_place_and_a_folder_without_results_are_refused(folder, capsys):
+    (folder / "page.md").write_text("nothing")
+    with pytest.raises(SystemExit):
+        command(folder)
+    assert "the page needs a line" in capsys.readouterr().err
+    shutil.rmtree(folder / "plane-v1")
+    with pytest.raises(SystemExit):
+        command(folder)
+    assert "no results of suites" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_the_published_summary_is_that_of_the_published_rows(name):
+    summary = json.loads((RESULTS / name / "summary.json").read_text())
+    results = of_rows(SUITES[name], read_csv(RESULTS / name / "episodes.csv"))
+    assert summary["origin"]["set of episodes"] == SUITES[name].digest()
+    assert summary["episodes"] == results.suite.episodes
+    for arm in results.suite.arms:
+        for policy in results.policies:
+            told = summary["arms"][arm.name]["policies"][policy]
+            assert told["success"]["value"] == results.success(arm.name, policy).mean()
+            distance = results.column(arm.name, policy, "min_position_error")
+            assert told["min_position_error"]["median"] == np.median(distance)
+
+
+def test_the_pages_of_this_repository_are_not_stale(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    published.main(["--check"])
