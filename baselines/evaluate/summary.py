@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.results import Results
+from baselines.evaluate.statistics import Estimate
 from baselines.evaluate.suites import Arm
 
 TOLERANCES = (0.5, 1.0, 2.0)
@@ -25,12 +27,14 @@ class Measure:
         unit: in tables.
         scale: from the column's unit to that of tables.
         signed: whether its sign counts; else magnitudes are summarised.
+        least: below which no value can lie, and so no interval of a mean.
     """
 
     label: str
     unit: str
     scale: float = 1.0
     signed: bool = True
+    least: float = 0.0
 
 
 MEASURES = {
@@ -40,12 +44,12 @@ MEASURES = {
     "position_error": Measure("position error at the end", "cm", 100.0),
     "heading_error": Measure("heading error at the end", "rad", signed=False),
     "min_position_error": Measure("smallest distance", "cm", 100.0),
-    "heading_error_at_min": Measure("heading error then", "rad"),
+    "heading_error_at_min": Measure("heading error then", "rad", least=-np.pi),
     "path_length_ratio": Measure("way over Dubins path", ""),
     "effort": Measure("effort", "s"),
     "collisions": Measure("collisions", ""),
     "closure_lost": Measure("closure lost", ""),
-    "episode_return": Measure("return", ""),
+    "episode_return": Measure("return", "", least=-np.inf),
 }
 COMPARED = ("time_to_goal", "time_to_closure", "min_position_error", "effort")
 """Columns of which differences are taken."""
@@ -105,20 +109,26 @@ def _policy(results: Results, arm: str, policy: str) -> dict[str, Any]:
     for column, measure in MEASURES.items():
         values = results.column(arm, policy, column)
         if np.isfinite(values).any():
-            summary[column] = _measure(values if measure.signed else np.abs(values))
+            summary[column] = _measured(values if measure.signed else np.abs(values), measure.least)
     return summary
 
 
-def _measure(values: np.ndarray) -> dict[str, Any]:
+def _measured(values: Float, least: float) -> dict[str, Any]:
     """Mean and interquartile mean with intervals, median, 90th percentile and deviation."""
     present = values[np.isfinite(values)]
     return {
-        "mean": asdict(statistics.mean(values)),
-        "iqm": asdict(statistics.interquartile_mean(values)),
+        "mean": _from(least, statistics.mean(values)),
+        "iqm": _from(least, statistics.interquartile_mean(values)),
         "median": float(np.median(present)),
         "p90": float(np.quantile(present, 0.9)),
         "sd": float(present.std(ddof=1)) if len(present) > 1 else None,
     }
+
+
+def _from(least: float, estimate: Estimate) -> dict[str, Any]:
+    """An estimate whose interval does not reach below what is possible."""
+    low = estimate.low if estimate.low is None else max(estimate.low, least)
+    return asdict(replace(estimate, low=low))
 
 
 def _comparison(
