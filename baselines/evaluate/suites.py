@@ -274,7 +274,7 @@ SUITES = {
             "quick-v1",
             "Two minutes on a laptop: the paper's goal and goals over the plane.",
             (
-                Arm("paper", "the paper's goal", options={"goal": PAPER_GOAL}),
+                Arm("paper-goal", "one goal for all", options={"goal": PAPER_GOAL}),
                 Arm("plane", "goals over the whole plane"),
                 Arm("noisy", "the same, measured with noise", "plane", scenario="noisy"),
             ),
