@@ -37,7 +37,7 @@ def parser() -> argparse.ArgumentParser:
         "--policies", nargs="+", default=["scripted"], metavar="WORD",
         help=f"{', '.join(POLICIES)}; a policy file (.npz), a stable-baselines3 model (.zip), or "
         "module:Class. NAME=WORD gives it another name, NAME=WORD,WORD,... is one policy that "
-        "was trained several times. The others are compared with the first (%(default)s)",
+        "was trained several times. The others are compared with the first (scripted)",
     )  # fmt: skip
     who.add_argument(
         "--trust-pickles", action="store_true",
