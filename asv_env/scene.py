@@ -16,7 +16,7 @@ import numpy as np
 from asv_env import water
 from asv_env.camera import Camera, Trail
 from asv_env.geometry import plane, wrap
-from asv_env.params import EnvParams, WaterParams
+from asv_env.params import EnvParams, HullParams, WaterParams
 from asv_env.types import Complex, Float, State
 
 Colour = tuple[int, int, int]
@@ -79,6 +79,12 @@ def placed(shape: Complex | Float, pose: Float) -> Complex:
     """Points (..., n) in the world of points (n,) of bodies with poses (..., >= 3)."""
     turn = np.exp(1j * pose[..., 2])
     return (pose[..., 0] + 1j * pose[..., 1])[..., None] + shape * turn[..., None]
+
+
+def outline(hull: HullParams, pose: Float) -> Float:
+    """Corners (..., n, 2) of hulls at poses (..., 3), m."""
+    points = placed(np.array(hull.outline) @ np.array([1, 1j]), pose)
+    return np.stack([points.real, points.imag], axis=-1)
 
 
 def round_number(limit: float) -> float:

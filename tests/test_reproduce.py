@@ -8,6 +8,7 @@ import pytest
 
 from asv_env import Simulation, formation, make_params
 from asv_env.geometry import wrap
+from asv_env.scene import outline
 from baselines import dubins, episodes, provenance, runner, two_arc
 from baselines.arcs import advance
 from baselines.paper import ARRIVAL_TIME, IN_RANGE, PaperGains
@@ -32,7 +33,6 @@ from baselines.reproduce import (
     style,
     trials,
 )
-from baselines.reproduce.drawing import outline
 from baselines.reproduce.job import Job
 from baselines.route import RouteGains, Router
 from baselines.spiral import arc_length, exact_bearing_offset

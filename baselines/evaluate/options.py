@@ -14,7 +14,8 @@ from asv_env.presets import PRESETS, SCENARIOS
 from baselines.evaluate import report, seeds
 from baselines.evaluate.entrants import POLICIES, entrants
 from baselines.evaluate.store import NAME as STORE
-from baselines.evaluate.suites import PAPER_GOAL, SUITES, Suite, custom
+from baselines.evaluate.suites import SUITES, Suite, custom
+from baselines.experiment import PAPER_GOAL
 
 FILES = ("episodes.csv", "summary.json", *report.FILES)
 ONLY_CUSTOM = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")

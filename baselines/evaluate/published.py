@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from asv_env.types import Float
-from baselines.evaluate import formats, marks, statistics
+from baselines import marks
+from baselines.evaluate import formats, statistics
 from baselines.evaluate.formats import NOTHING
 from baselines.evaluate.report.markdown import grid
 from baselines.evaluate.results import Results, of_rows, read_csv

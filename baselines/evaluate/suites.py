@@ -21,8 +21,8 @@ import numpy as np
 from asv_env import scenarios
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
+from baselines.experiment import PAPER_GOAL
 
-PAPER_GOAL = (0.55, -0.95, 0.1)
 EPISODES = 2000
 """Episodes of an arm that carries a comparison."""
 PLANK_AREA = 0.40 * 0.15

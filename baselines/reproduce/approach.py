@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from asv_env.params import TaskParams
 from asv_env.types import Float
-from baselines import brownian
+from baselines import brownian, palette
 from baselines.braitenberg import desired_heading, direction
 from baselines.reproduce import drawing, style
 from baselines.reproduce.job import Job
@@ -62,7 +62,7 @@ def spiral(job: Job) -> Figure:
         style.PAGE, 74.0, 1, 2, gridspec_kw={"width_ratios": (1.25, 1.0)}
     )
     theta = np.linspace(0.0, np.pi, drawing.STEPS)
-    for (sigma, label), colour in zip(SIGMAS, style.SERIES, strict=False):
+    for (sigma, label), colour in zip(SIGMAS, palette.SERIES, strict=False):
         shape.plot(theta, radius(theta, sigma), color=colour, label=label)
     shape.set(xlabel=r"$\theta$ (rad)", ylabel=r"$r / r_\pi$", xlim=(0, np.pi), ylim=(0, 1.05))
     shape.set_xticks([0, np.pi / 2, np.pi], ["0", r"$\pi/2$", r"$\pi$"])
@@ -70,7 +70,7 @@ def spiral(job: Job) -> Figure:
     _draw_headings(field, SIGMAS[0][0])
     for theta0 in (1.0, 2.0, 3.0):
         for sense in (0, 1):
-            field.plot(*spiral_points(1.0, theta0, SIGMAS[0][0], sense).T, color=style.BLUE)
+            field.plot(*spiral_points(1.0, theta0, SIGMAS[0][0], sense).T, color=palette.BLUE)
     drawing.crosses(field, (0.0, 0.0))
     drawing.plane(field, labels=False)
     field.set(xlabel="$x / r_0$", ylabel="$y / r_0$", xlim=(-1.2, 1.2), ylim=(-1.2, 1.2))
@@ -83,7 +83,7 @@ def _draw_headings(axes: Axes, sigma: float) -> None:
     alpha = np.arctan2(y, x)
     heading = desired_heading(alpha, direction(x, 0.0), bearing_offset(alpha, sigma))
     axes.quiver(
-        x, y, np.cos(heading), np.sin(heading), color=style.GREY, pivot="mid",
+        x, y, np.cos(heading), np.sin(heading), color=palette.GREY, pivot="mid",
         scale=22.0, width=0.0035, headwidth=4.5,
     )  # fmt: skip
 
@@ -119,7 +119,9 @@ def swarm(job: Job) -> Figure:
         *_, cells = panel.hist2d(
             where.real, where.imag, bins=[bins, bins], norm=norm, cmap=style.MAP, rasterized=True
         )
-        panel.plot(r0 * np.cos(alpha0), r0 * np.sin(alpha0), "o", mfc="none", mec=style.GREY, ms=3)
+        panel.plot(
+            r0 * np.cos(alpha0), r0 * np.sin(alpha0), "o", mfc="none", mec=palette.GREY, ms=3
+        )
         panel.text(0.04, 0.93, f"$t$ = {times[tick]:g} s", transform=panel.transAxes)
     figure.colorbar(cells, ax=axes[2], label="agents per cell of 4 cm", shrink=0.8, pad=0.03)
     for panel in axes:
@@ -136,7 +138,7 @@ def _draw_swarm(axes: Axes, ways: np.ndarray, sigma: float) -> None:
         theta = float(angular_distance(alpha, np.pi / 2))
         sense = int(direction(way[0].real, 0.0))
         axes.plot(
-            *spiral_points(abs(way[0]), theta, sigma, sense).T, "--", color=style.GREY, lw=0.6
+            *spiral_points(abs(way[0]), theta, sigma, sense).T, "--", color=palette.GREY, lw=0.6
         )
         axes.plot(way.real, way.imag, color=colour)
         axes.plot(way[0].real, way[0].imag, "o", mfc="white", mec=colour, ms=4)

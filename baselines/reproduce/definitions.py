@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
-from baselines import two_arc
+from baselines import palette, two_arc
 from baselines.arcs import ArcPath
 from baselines.braitenberg import desired_heading, direction
-from baselines.evaluate.suites import PAPER_GOAL
+from baselines.experiment import PAPER_GOAL
 from baselines.reproduce import drawing, style
 from baselines.reproduce.approach import spiral_points
 from baselines.reproduce.job import Job
@@ -52,31 +52,31 @@ def _draw_closure(axes: Axes, params: EnvParams) -> None:
             axes,
             pose[:2],
             drawing.ahead(pose, params.boat.length / 2),
-            color=style.VERMILLION,
+            color=palette.VERMILLION,
             mutation_scale=5.0,
         )
-    drawing.crosses(axes, poses[:, :2], style.BLUE, 5.0)
+    drawing.crosses(axes, poses[:, :2], palette.BLUE, 5.0)
 
 
 def _draw_centres(axes: Axes, half: float) -> None:
     """Where centres of rotation may lie, and one of them."""
     for side in (-1, 1):
-        axes.plot([side * half, side * 0.6], [0, 0], color=style.GREEN, lw=2.0, zorder=2)
-    axes.plot([-half, half], [0, 0], ":", color=style.VERMILLION, lw=1.2, zorder=4)
+        axes.plot([side * half, side * 0.6], [0, 0], color=palette.GREEN, lw=2.0, zorder=2)
+    axes.plot([-half, half], [0, 0], ":", color=palette.VERMILLION, lw=1.2, zorder=4)
     centre = np.array([EXAMPLE_RADIUS, 0.0])
-    axes.plot(*centre, "o", color=style.GREEN, ms=3.5, zorder=7)
-    drawing.label(axes, (EXAMPLE_RADIUS, 0.06), "C", style.GREEN)
+    axes.plot(*centre, "o", color=palette.GREEN, ms=3.5, zorder=7)
+    drawing.label(axes, (EXAMPLE_RADIUS, 0.06), "C", palette.GREEN)
     arc = ArcPath(np.zeros(3), np.array([1 / EXAMPLE_RADIUS]), np.array([0.6 * EXAMPLE_RADIUS]))
     way = drawing.path_points(arc)
-    axes.plot(*way.T, color=style.GREEN, lw=0.9, zorder=4)
-    drawing.arrow(axes, way[-8], way[-1], color=style.GREEN)
-    drawing.arrow(axes, (0, 0), (0, -0.2), color=style.BLACK)
+    axes.plot(*way.T, color=palette.GREEN, lw=0.9, zorder=4)
+    drawing.arrow(axes, way[-8], way[-1], color=palette.GREEN)
+    drawing.arrow(axes, (0, 0), (0, -0.2), color=palette.BLACK)
     drawing.label(axes, (-0.06, -0.2), "-n")
     for x, text in ((half, "S_x/2"), (EXAMPLE_RADIUS, r"\rho")):
         row = -0.3 if x == half else -0.36
         drawing.arrow(axes, (0, row), (x, row), arrowstyle="<|-|>", lw=0.6, mutation_scale=5.0)
         drawing.label(axes, (-0.06, row), text)
-        axes.plot([x, x], [row, 0], color=style.GREY, lw=0.4, zorder=1)
+        axes.plot([x, x], [row, 0], color=palette.GREY, lw=0.4, zorder=1)
 
 
 def quantities(job: Job) -> Figure:
@@ -108,18 +108,18 @@ def _draw_approach(axes: Axes, params: EnvParams) -> None:
     pose = np.array([x, y, heading])
 
     drawing.hull(axes, params.vessel, np.zeros(3), zorder=1)
-    axes.plot(*spiral_points(radius, theta, SIGMA, sense).T, "--", color=style.GREY)
-    axes.plot([0, x], [0, y], color=style.BLACK, lw=0.7)
-    axes.plot([0, 0.45], [0, 0], color=style.GREY, lw=0.5)
-    axes.plot([0, 0], [0, 0.45], color=style.GREY, lw=0.5)
-    axes.plot([x, x + 0.22], [y, y], color=style.GREY, lw=0.5)
-    drawing.hull(axes, params.boat, pose, fc=style.SKY)
-    drawing.arrow(axes, pose[:2], drawing.ahead(pose, 0.3), color=style.VERMILLION)
-    drawing.crosses(axes, (0, 0), style.BLUE, 6.0)
-    drawing.label(axes, (-0.05, -0.05), "T", style.BLUE)
+    axes.plot(*spiral_points(radius, theta, SIGMA, sense).T, "--", color=palette.GREY)
+    axes.plot([0, x], [0, y], color=palette.BLACK, lw=0.7)
+    axes.plot([0, 0.45], [0, 0], color=palette.GREY, lw=0.5)
+    axes.plot([0, 0], [0, 0.45], color=palette.GREY, lw=0.5)
+    axes.plot([x, x + 0.22], [y, y], color=palette.GREY, lw=0.5)
+    drawing.hull(axes, params.boat, pose, fc=palette.SKY)
+    drawing.arrow(axes, pose[:2], drawing.ahead(pose, 0.3), color=palette.VERMILLION)
+    drawing.crosses(axes, (0, 0), palette.BLUE, 6.0)
+    drawing.label(axes, (-0.05, -0.05), "T", palette.BLUE)
     drawing.angle(axes, (0, 0), 0.0, alpha, 0.33, r"\alpha")
-    drawing.angle(axes, (0, 0), np.pi / 2, -theta, 0.25, r"\theta", style.GREEN)
-    drawing.angle(axes, pose[:2], 0.0, heading, 0.13, "h", style.VERMILLION)
+    drawing.angle(axes, (0, 0), np.pi / 2, -theta, 0.25, r"\theta", palette.GREEN)
+    drawing.angle(axes, pose[:2], 0.0, heading, 0.13, "h", palette.VERMILLION)
     drawing.angle(axes, pose[:2], alpha + np.pi, heading - alpha - np.pi, 0.2, r"\phi")
     drawing.label(axes, (x + 0.03, y - 0.12), "(x, y)")
     axes.set(xlim=(-0.28, 1.05), ylim=(-0.5, 0.62))
@@ -129,12 +129,16 @@ def _draw_push(axes: Axes, params: EnvParams) -> None:
     path = two_arc.plan(np.array(PAPER_GOAL), ALPHA1)
     joints, centres = path.joints, path.centres
     drawing.hull(axes, params.vessel, joints[0])
-    drawing.hull(axes, params.vessel, joints[1], fc="none", ec=style.GREY, lw=0.6)
+    drawing.hull(axes, params.vessel, joints[1], fc="none", ec=palette.GREY, lw=0.6)
     drawing.goal(axes, params, joints[2])
-    axes.plot(*drawing.path_points(path).T, color=style.BLUE, lw=1.4, zorder=6)
+    axes.plot(*drawing.path_points(path).T, color=palette.BLUE, lw=1.4, zorder=6)
     drawing.crosses(axes, np.concatenate([centres, joints[1:2, :2]]))
     for k, (colour, names) in enumerate(
-        zip((style.GREEN, style.PURPLE), (("C_1", r"\alpha_1"), ("C_2", r"\alpha_2")), strict=True)
+        zip(
+            (palette.GREEN, palette.PURPLE),
+            (("C_1", r"\alpha_1"), ("C_2", r"\alpha_2")),
+            strict=True,
+        )
     ):
         radii = np.stack([joints[k, :2], centres[k], joints[k + 1, :2]])
         axes.plot(*radii.T, color=colour, lw=0.7)

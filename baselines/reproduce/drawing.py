@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from asv_env import formation
 from asv_env.params import EnvParams, HullParams
-from asv_env.scene import placed
+from asv_env.scene import outline, placed
 from asv_env.types import Complex, Float
+from baselines import palette
 from baselines.arcs import ArcPath
 from baselines.reproduce import style
 
@@ -35,14 +36,20 @@ def pairs(points: Complex) -> Float:
 
 def hull(axes: Axes, shape: HullParams, pose: ArrayLike, **patch: Any) -> None:
     """A hull at a pose (3,)."""
-    looks: dict[str, Any] = {"fc": style.PALE, "ec": style.BLACK, "lw": 0.7, "zorder": 3, **patch}
+    looks: dict[str, Any] = {
+        "fc": palette.PALE,
+        "ec": palette.BLACK,
+        "lw": 0.7,
+        "zorder": 3,
+        **patch,
+    }
     corners = outline(shape, np.asarray(pose, dtype=np.float64))
     axes.add_patch(Polygon(corners, closed=True, **looks))
 
 
 def goal(axes: Axes, params: EnvParams, pose: ArrayLike) -> None:
     """The vessel as it is to lie in the end."""
-    hull(axes, params.vessel, pose, fc="none", ec=style.VERMILLION, ls=(0, (3, 2)), lw=1.0)
+    hull(axes, params.vessel, pose, fc="none", ec=palette.VERMILLION, ls=(0, (3, 2)), lw=1.0)
 
 
 def boats(axes: Axes, params: EnvParams, poses: Float, **patch: Any) -> None:
@@ -60,7 +67,7 @@ def slots(params: EnvParams, vessel: ArrayLike) -> Float:
     return np.concatenate([points, np.broadcast_to(facing, (len(points), 1))], axis=-1)
 
 
-def crosses(axes: Axes, points: ArrayLike, colour: Any = style.BLACK, size: float = 4.0) -> None:
+def crosses(axes: Axes, points: ArrayLike, colour: Any = palette.BLACK, size: float = 4.0) -> None:
     """Crosses at points (n, 2); those at infinity (the centre of a straight) are left out."""
     x, y = np.reshape(np.asarray(points, dtype=np.float64), (-1, 2)).T
     near = np.isfinite(x) & np.isfinite(y)
@@ -99,7 +106,7 @@ def angle(
     turn: float,
     radius: float,
     name: str,
-    colour: str = style.BLACK,
+    colour: str = palette.BLACK,
     gap: float = 0.05,
 ) -> None:
     """An angle: an arc with an arrow from one direction by a signed turn, and its name."""
@@ -112,13 +119,7 @@ def angle(
     label(axes, (x + reach * np.cos(middle), y + reach * np.sin(middle)), name, colour)
 
 
-def label(axes: Axes, point: ArrayLike, name: str, colour: str = style.BLACK) -> None:
+def label(axes: Axes, point: ArrayLike, name: str, colour: str = palette.BLACK) -> None:
     """A name, in mathematical letters, with its middle at a point (2,)."""
     x, y = np.asarray(point, dtype=np.float64)
     axes.text(x, y, f"${name}$", color=colour, ha="center", va="center", zorder=8)
-
-
-def outline(hull: HullParams, pose: Float) -> Float:
-    """Corners (..., n, 2) of hulls at poses (..., 3), m."""
-    points = placed(np.array(hull.outline) @ np.array([1, 1j]), pose)
-    return np.stack([points.real, points.imag], axis=-1)

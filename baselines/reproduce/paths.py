@@ -13,7 +13,7 @@ from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.types import Float
-from baselines import dubins, two_arc
+from baselines import dubins, palette, two_arc
 from baselines.arcs import ArcPath, advance
 from baselines.reproduce import drawing, style
 from baselines.reproduce.definitions import ALPHA1
@@ -57,17 +57,17 @@ def uncorrected_lengths(path: ArcPath) -> Float:
 
 def _draw_arcs(axes: Axes, params: EnvParams, path: ArcPath, lengths: Float) -> None:
     pose = path.start
-    drawing.hull(axes, params.vessel, pose, ec=style.BLACK, zorder=2)
+    drawing.hull(axes, params.vessel, pose, ec=palette.BLACK, zorder=2)
     for curvature, length in zip(path.curvature, lengths, strict=True):
         way = advance(pose, curvature, length * np.linspace(0.0, 1.0, drawing.STEPS))
         legal = length >= 0
-        colour = style.BLUE if legal else style.VERMILLION
+        colour = palette.BLUE if legal else palette.VERMILLION
         axes.plot(*way[:, :2].T, color=colour, ls="-" if legal else ":", lw=1.4, zorder=6)
         middle = drawing.STEPS // 2
         drawing.arrow(axes, way[middle - 1, :2], way[middle + 1, :2], color=colour)
         for share in np.linspace(0.0, 1.0, 1 + max(1, round(abs(length) / 0.35)))[1:]:
             still = advance(pose, curvature, share * length)
-            drawing.hull(axes, params.vessel, still, fc="none", ec=style.GREY, lw=0.4, zorder=1)
+            drawing.hull(axes, params.vessel, still, fc="none", ec=palette.GREY, lw=0.4, zorder=1)
         pose = way[-1]
     drawing.goal(axes, params, CORRECTED_GOAL)
     drawing.crosses(axes, np.concatenate([path.centres, path.joints[1:2, :2]]))
@@ -90,7 +90,7 @@ def feasibility(job: Job) -> Figure:
         for row, path in enumerate((two_arc.plan(goals, ALPHA1), two_arc.shortest(goals, least))):
             panel = axes[row * len(HEADINGS) + column]
             ratio = np.where(two_arc.feasible(path, least), path.total_length / shortest, np.nan)
-            panel.set_facecolor(style.PALE)
+            panel.set_facecolor(palette.PALE)
             cells = panel.pcolormesh(
                 goals[..., 0], goals[..., 1], ratio, norm=LogNorm(1.0, LONGEST), **looks
             )

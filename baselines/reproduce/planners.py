@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from asv_env import scenarios
 from asv_env.params import EnvParams
 from asv_env.types import Complex, Float
-from baselines import dubins, two_arc
+from baselines import dubins, palette, two_arc
 from baselines.arcs import ArcPath
 from baselines.reproduce import paths, style
 from baselines.reproduce.job import Job
@@ -146,7 +146,7 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     measurement, dashed: scenario "noisy"; the same goals for both planners.
     """
     drawn, (ratio, time, distance) = style.panels(style.PAGE, 62.0, 1, 3, sharey=True)
-    looks = [(colour, line) for line in ("-", "--") for colour in (style.PURPLE, style.BLUE)]
+    looks = [(colour, line) for line in ("-", "--") for colour in (palette.PURPLE, palette.BLUE)]
     curves = [
         (rf"{_written(name)}, $\rho \geq$ {radius} m", values)
         for radius, by_choice in study["lengths"].items()
@@ -159,7 +159,7 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     ratio.set_xticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
     ratio.minorticks_off()
     for scenario, line in zip(SCENARIOS, ("-", "--"), strict=True):
-        for name, colour in zip(PLANNERS, style.SERIES, strict=False):
+        for name, colour in zip(PLANNERS, palette.SERIES, strict=False):
             rows = study["episodes"][scenario][name]
             label = f"{name}, {scenario}"
             draw_shares(time, [row["time_to_goal"] for row in rows], color=colour, ls=line)

@@ -14,7 +14,7 @@ from baselines import two_arc
 from baselines.arcs import ArcPath
 from baselines.episodes import TRACK_EVERY, Track
 from baselines.evaluate.entrants import POLICIES
-from baselines.evaluate.suites import PAPER_GOAL
+from baselines.experiment import PAPER_GOAL
 from baselines.paper import IN_RANGE
 from baselines.policy import Policy
 from baselines.reproduce.definitions import ALPHA1

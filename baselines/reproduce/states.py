@@ -10,6 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from asv_env.params import EnvParams
+from asv_env.scene import outline
+from baselines import palette
 from baselines.reproduce import drawing, style
 from baselines.reproduce.job import Job
 from baselines.reproduce.runs import GOALS, Run
@@ -112,7 +114,7 @@ def _draw_ways(axes: Axes, run: Run, params: EnvParams, index: int, width: float
     """The state at an index, and how it came about."""
     for boat, colour in enumerate(style.boat_colours(params.num_boats), start=1):
         axes.plot(*run.poses[: index + 1, boat, :2].T, color=colour, lw=width, zorder=2)
-    axes.plot(*run.poses[: index + 1, 0, :2].T, color=style.BLACK, lw=width, zorder=4)
+    axes.plot(*run.poses[: index + 1, 0, :2].T, color=palette.BLACK, lw=width, zorder=4)
     drawing.hull(axes, params.vessel, run.poses[index, 0])
     drawing.boats(axes, params, run.poses[index, 1:])
 
@@ -121,12 +123,12 @@ def _draw_path(axes: Axes, run: Run, params: EnvParams) -> None:
     drawing.goal(axes, params, run.goal)
     drawing.crosses(axes, run.marks)
     if run.path is not None:
-        axes.plot(*drawing.path_points(run.path).T, color=style.SKY, lw=0.9, zorder=4)
+        axes.plot(*drawing.path_points(run.path).T, color=palette.SKY, lw=0.9, zorder=4)
 
 
 def _frame(axes: Axes, run: Run, params: EnvParams, index: int) -> None:
     """Limits that hold all that is drawn."""
-    ends = drawing.outline(params.vessel, np.stack([run.goal, run.poses[index, 0]])).reshape(-1, 2)
+    ends = outline(params.vessel, np.stack([run.goal, run.poses[index, 0]])).reshape(-1, 2)
     near = run.marks[np.hypot(*(run.marks - run.poses[run.closure, 0, :2]).T) < FAR]
     points = np.concatenate([run.poses[..., :2].reshape(-1, 2), ends, near])
     low, high = points.min(axis=0) - 0.1, points.max(axis=0) + 0.1

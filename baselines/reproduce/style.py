@@ -12,17 +12,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from baselines import palette
+
 COLUMN, PAGE = 88.0, 180.0
 """Widths of one and of two columns of a journal, mm."""
 INCH = 25.4
 DPI = 200
 SUFFIXES = (".png", ".pdf")
 
-# Okabe and Ito's colours, told apart by colour-blind readers too.
-BLACK, GREY, PALE = "#000000", "#7f7f7f", "#d9d9d9"
-BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
-SKY, VERMILLION = "#56B4E9", "#D55E00"
-SERIES = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY)
 MAP = "viridis"
 
 _SETTINGS: dict[str, Any] = {
@@ -83,6 +80,6 @@ def save(figure: Figure, stem: Path) -> None:
 
 def boat_colours(team: int) -> Sequence[Any]:
     """A colour for each boat, in the order of their slots along the hull."""
-    if team <= len(SERIES):
-        return SERIES[:team]
+    if team <= len(palette.SERIES):
+        return palette.SERIES[:team]
     return list(matplotlib.colormaps[MAP](np.linspace(0.0, 0.9, team)))

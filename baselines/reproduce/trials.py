@@ -10,15 +10,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from baselines import palette
 from baselines.evaluate.entrants import POLICIES
+from baselines.experiment import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
 from baselines.reproduce import style
 from baselines.reproduce.job import Job
 from baselines.reproduce.statistics import describe, share
 from baselines.reproduce.worlds import experiment, run
 
-PAPER_TRIALS = 12
-PAPER_POSITION, PAPER_HEADING = (4.88, 1.8), (-0.26, 0.44)
-"""Mean and standard deviation of the tank experiment, Sec. IV-B of the paper: cm and rad."""
 COMPARED = ("paper", "scripted")
 SCENARIOS = ("nominal", "noisy")
 
@@ -63,11 +62,15 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     drawn, axes = style.panels(style.PAGE, 62.0, 1, 2)
     numbers = np.arange(1, job.trials + 1)
     for panel, column, colour, paper in zip(
-        axes, (0, 1), (style.VERMILLION, style.BLUE), (PAPER_POSITION, PAPER_HEADING), strict=True
+        axes,
+        (0, 1),
+        (palette.VERMILLION, palette.BLUE),
+        (PAPER_POSITION, PAPER_HEADING),
+        strict=True,
     ):
         mean, deviation = paper
-        panel.axhspan(mean - deviation, mean + deviation, color=style.PALE, lw=0)
-        panel.axhline(mean, color=style.GREY, ls=":", label="tank experiment (paper)")
+        panel.axhspan(mean - deviation, mean + deviation, color=palette.PALE, lw=0)
+        panel.axhline(mean, color=palette.GREY, ls=":", label="tank experiment (paper)")
         for scenario, fill, line in zip(SCENARIOS, (colour, "white"), ("-", "--"), strict=True):
             rows = study["paper"][scenario][: job.trials]
             closed = [row["time_to_closure"] is not None for row in rows]

@@ -11,16 +11,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from asv_env.params import NOMINAL_LENGTH, EnvParams
+from asv_env.scene import outline
 from asv_env.types import Float
+from baselines import palette
 from baselines.episodes import Track
 from baselines.evaluate import formats
 from baselines.evaluate.report import figures, maps
 from baselines.evaluate.report.figures import Colours
 from baselines.evaluate.results import Results
 from baselines.evaluate.suites import Arm
-from baselines.reproduce import style
-from baselines.reproduce.drawing import outline
-from baselines.reproduce.trials import PAPER_HEADING, PAPER_POSITION
+from baselines.experiment import PAPER_HEADING, PAPER_POSITION
 
 ORIGIN = np.zeros(3)
 """Where every vessel begins."""
@@ -47,7 +47,7 @@ class Chart:
 
 def colours(policies: Sequence[str]) -> Colours:
     """One colour a policy, all over the page."""
-    return {name: style.SERIES[k % len(style.SERIES)] for k, name in enumerate(policies)}
+    return {name: palette.SERIES[k % len(palette.SERIES)] for k, name in enumerate(policies)}
 
 
 def overview(results: Results, summary: Mapping[str, Any]) -> Chart:

@@ -15,9 +15,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from asv_env.types import Float
+from baselines import palette
 from baselines.episodes import CAUSES
 from baselines.evaluate import statistics
-from baselines.reproduce import style
 
 HALF, WIDE, FULL = 5.3, 8.6, 10.9
 """Widths, inches: of two figures side by side, of bars, and of panels side by side."""
@@ -93,7 +93,7 @@ def _separate(axes: Axes, controls: Sequence[str | None]) -> None:
     """A line between two arms, a stronger one above a control."""
     for row, control in list(enumerate(controls))[1:]:
         strong = any(controls) and control is None
-        axes.axhline(row - 0.5, color=style.GREY if strong else style.PALE, lw=0.8)
+        axes.axhline(row - 0.5, color=palette.GREY if strong else palette.PALE, lw=0.8)
 
 
 def profile(scores: Mapping[str, Float], limit: float, colours: Colours) -> Figure:
@@ -136,7 +136,7 @@ def times(durations: Mapping[str, Float], label: str, limit: float, colours: Col
         _spread(axes, row, present, colours[policy], rng)
         axes.annotate(
             f"{len(present)} of {table.size}", (1.0, row), xycoords=("axes fraction", "data"),
-            xytext=(6, 0), textcoords="offset points", va="center", color=style.GREY, fontsize=8,
+            xytext=(6, 0), textcoords="offset points", va="center", color=palette.GREY, fontsize=8,
         )  # fmt: skip
     axes.set_yticks(np.arange(len(durations)), list(durations))
     axes.set_ylim(len(durations) - 0.5, -0.5)

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
 from asv_env.types import Bool, Float
+from baselines import palette
 from baselines.evaluate.report.figures import FEW, FULL, HALF, Colours
-from baselines.reproduce import style
 
 COLUMNS = 4
 """Most panels side by side; five policies have three and two."""
@@ -67,7 +67,7 @@ def clouds(
         strays = int((np.isfinite(y) & ~inside).sum())
         axes.set_title(policy)
         if strays:
-            axes.set_title(f"{strays} outside", loc="right", color=style.GREY, fontsize=8)
+            axes.set_title(f"{strays} outside", loc="right", color=palette.GREY, fontsize=8)
         axes.set_xlim(-wide, wide)
         axes.set_ylim(0.0, high)
     _label(panels, "heading error [rad]", "smallest distance [cm]")
@@ -86,7 +86,14 @@ def _tolerance(axes: Axes, tolerance: tuple[float, float]) -> None:
     """The box within which the vessel is delivered, once at rest."""
     near, turn = tolerance
     box = Rectangle(
-        (-turn, 0.0), 2 * turn, near, fc=style.PALE, ec=style.GREY, lw=0.9, alpha=0.45, zorder=0.5
+        (-turn, 0.0),
+        2 * turn,
+        near,
+        fc=palette.PALE,
+        ec=palette.GREY,
+        lw=0.9,
+        alpha=0.45,
+        zorder=0.5,
     )
     axes.add_patch(box)
 
@@ -95,7 +102,7 @@ def _cross(axes: Axes, distance: Spread, heading: Spread) -> None:
     """Means and standard deviations of others."""
     axes.errorbar(
         heading[0], distance[0], distance[1], heading[1],
-        fmt="D", ms=4.5, color=style.GREY, lw=1.1, zorder=2,
+        fmt="D", ms=4.5, color=palette.GREY, lw=1.1, zorder=2,
     )  # fmt: skip
 
 
@@ -128,7 +135,7 @@ def goals(
             _cells(axes, places, share, reach, colours[policy])
         else:
             _verdicts(axes, places, share >= 0.5, colours[policy])
-        axes.add_patch(Polygon(outline, fc=style.PALE, ec=style.BLACK, lw=0.9, zorder=2))
+        axes.add_patch(Polygon(outline, fc=palette.PALE, ec=palette.BLACK, lw=0.9, zorder=2))
         axes.set_title(f"{policy}, {success[policy].mean():.1%}")
         _sea(axes, -1.06 * reach, 1.06 * reach, -1.06 * reach, 1.06 * reach)
     _label(panels, "goal x [m]", "goal y [m]")
@@ -138,7 +145,7 @@ def goals(
 def _verdicts(axes: Axes, places: Float, done: Bool, colour: str) -> None:
     """A mark for every goal: full where it was reached, a cross where not."""
     axes.plot(*places[done].T, "o", ms=5.0, mew=0.0, color=colour, alpha=0.8, zorder=3)
-    axes.plot(*places[~done].T, "x", ms=5.5, mew=1.4, color=style.BLACK, zorder=4)
+    axes.plot(*places[~done].T, "x", ms=5.5, mew=1.4, color=palette.BLACK, zorder=4)
 
 
 def _cells(axes: Axes, places: Float, share: Float, reach: float, colour: str) -> None:
@@ -153,11 +160,11 @@ def _cells(axes: Axes, places: Float, share: Float, reach: float, colour: str) -
         axes.add_patch(Rectangle((x, y), side, side, fc=colour, alpha=tint, ec="none", zorder=1))
         axes.text(
             x + side / 2, y + 0.56 * side, f"{100 * found:.0f}", fontsize=8, zorder=3,
-            ha="center", va="center", color=style.BLACK,
+            ha="center", va="center", color=palette.BLACK,
         )  # fmt: skip
         axes.text(
             x + side / 2, y + 0.24 * side, f"{here.sum()}", fontsize=5.5, zorder=3,
-            ha="center", va="center", color=style.BLACK,
+            ha="center", va="center", color=palette.BLACK,
         )  # fmt: skip
 
 
@@ -183,14 +190,14 @@ def ways(
     for policy, axes in panels.items():
         pixels = len(paths[policy]) > FEW // 10
         for path, done in zip(paths[policy], success[policy], strict=True):
-            colour, line = (colours[policy], "-") if done else (style.GREY, (0, (3, 2)))
+            colour, line = (colours[policy], "-") if done else (palette.GREY, (0, (3, 2)))
             axes.plot(*path.T, color=colour, ls=line, lw=0.9, alpha=0.6, rasterized=pixels)
             if not done:
-                axes.plot(*path[-1], "x", color=style.BLACK, ms=5.0, mew=1.2, zorder=4)
-        axes.add_patch(Polygon(outline, fc=style.PALE, ec=style.BLACK, lw=0.9, zorder=1))
+                axes.plot(*path[-1], "x", color=palette.BLACK, ms=5.0, mew=1.2, zorder=4)
+        axes.add_patch(Polygon(outline, fc=palette.PALE, ec=palette.BLACK, lw=0.9, zorder=1))
         if goal is not None:
             axes.add_patch(
-                Polygon(goal, fc="none", ec=style.BLACK, lw=1.2, ls=(0, (3, 2)), zorder=5)
+                Polygon(goal, fc="none", ec=palette.BLACK, lw=1.2, ls=(0, (3, 2)), zorder=5)
             )
         axes.set_title(policy)
         _sea(axes, west, east, south, north)

@@ -11,7 +11,7 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from baselines.reproduce import style
+from baselines import palette
 
 PX_PER_INCH, PT_PER_INCH = 96, 72
 DPI = 160
@@ -19,9 +19,9 @@ DPI = 160
 SMALLEST = 0.63
 """Share of its size below which a drawing is not shrunk, so that it can be read on a phone."""
 THEME = {
-    style.BLACK: "currentColor",
-    style.GREY: "var(--muted)",
-    style.PALE: "var(--rule)",
+    palette.BLACK: "currentColor",
+    palette.GREY: "var(--muted)",
+    palette.PALE: "var(--rule)",
     "#ffffff": "var(--card)",
 }
 """Colours of figures that are those of the page."""
@@ -33,22 +33,22 @@ _SETTINGS: dict[str, Any] = {
     "path.simplify_threshold": 0.15,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.edgecolor": style.GREY,
+    "axes.edgecolor": palette.GREY,
     "axes.linewidth": 0.8,
     "axes.labelsize": 9.0,
-    "axes.labelcolor": style.BLACK,
+    "axes.labelcolor": palette.BLACK,
     "axes.labelpad": 5.0,
     "axes.titlesize": 9.5,
     "axes.titlelocation": "left",
     "axes.titlepad": 8.0,
     "axes.axisbelow": True,
     "axes.grid": True,
-    "grid.color": style.PALE,
+    "grid.color": palette.PALE,
     "grid.linewidth": 0.7,
-    "xtick.color": style.GREY,
-    "ytick.color": style.GREY,
-    "xtick.labelcolor": style.BLACK,
-    "ytick.labelcolor": style.BLACK,
+    "xtick.color": palette.GREY,
+    "ytick.color": palette.GREY,
+    "xtick.labelcolor": palette.BLACK,
+    "ytick.labelcolor": palette.BLACK,
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
     "xtick.major.size": 0.0,
