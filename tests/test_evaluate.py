@@ -14,11 +14,12 @@ from asv_env import make_params
 from baselines import evaluate, film, network, runner
 from baselines.episodes import COLUMNS, Label
 from baselines.evaluate import options, recording
+from baselines.evaluate.arms import Arm
 from baselines.evaluate.entrants import Source
 from baselines.evaluate.results import read_csv
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import Series, Store
-from baselines.evaluate.suites import SUITES, Arm
+from baselines.evaluate.suites import SUITES
 from baselines.evaluate.workers import Job, WorkerError
 from baselines.evaluate.workers import run as run_jobs
 from baselines.policy import Idle

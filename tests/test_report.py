@@ -13,10 +13,10 @@ import pytest
 from asv_env import scene
 from baselines.episodes import CAUSES, COLUMNS, NOT_OF_APPROACH, NOT_OF_PUSH, Episode, Track
 from baselines.evaluate import formats, report, table
+from baselines.evaluate.arms import Arm, Suite
 from baselines.evaluate.report import charts, figures, maps, replay, svg
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
-from baselines.evaluate.suites import Arm, Suite
 from baselines.evaluate.summary import summarise
 
 CHROMIUM, DRIVER = "/usr/bin/chromium", "/usr/bin/chromedriver"

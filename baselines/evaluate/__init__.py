@@ -1,6 +1,6 @@
 """Any policies on the same episodes, with honest statistics: ``python -m baselines.evaluate``.
 
-``suites`` says what is run and ``entrants`` who takes part; ``workers`` run it, ``store`` keeps
+``arms`` and ``suites`` say what is run and ``entrants`` who takes part; ``workers`` run it, ``store`` keeps
 every episode as it ends. ``results`` are the rows, ``statistics`` and ``summary`` say what they
 amount to, ``report`` shows it.
 """

@@ -15,11 +15,11 @@ from tqdm import tqdm
 from baselines import film, provenance
 from baselines.episodes import Label
 from baselines.evaluate import recording, report, workers
+from baselines.evaluate.arms import Arm, Suite
 from baselines.evaluate.entrants import Entrant
 from baselines.evaluate.options import FILES, parse, parser
 from baselines.evaluate.results import Results, write_csv
 from baselines.evaluate.store import Series, Store
-from baselines.evaluate.suites import Arm, Suite
 from baselines.evaluate.summary import summarise
 from baselines.evaluate.table import text_table
 from baselines.evaluate.workers import Job, WorkerError

@@ -23,7 +23,7 @@ from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
 from baselines import network, provenance
-from baselines.evaluate.suites import Suite
+from baselines.evaluate.arms import Suite
 from baselines.paper import PaperPolicy
 from baselines.policy import Idle, Policy, Random
 from baselines.runner import checked_action

@@ -12,9 +12,10 @@ from asv_env.checks import choice
 from asv_env.params import TASKS
 from asv_env.presets import PRESETS, SCENARIOS
 from baselines.evaluate import report, seeds
+from baselines.evaluate.arms import Suite, custom
 from baselines.evaluate.entrants import POLICIES, entrants
 from baselines.evaluate.store import NAME as STORE
-from baselines.evaluate.suites import SUITES, Suite, custom
+from baselines.evaluate.suites import SUITES
 from baselines.experiment import PAPER_GOAL
 
 FILES = ("episodes.csv", "summary.json", *report.FILES)

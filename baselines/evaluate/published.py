@@ -16,10 +16,11 @@ import numpy as np
 from asv_env.types import Float
 from baselines import marks
 from baselines.evaluate import formats, statistics
+from baselines.evaluate.arms import Arm
 from baselines.evaluate.formats import NOTHING
 from baselines.evaluate.report.markdown import grid
 from baselines.evaluate.results import Results, of_rows, read_csv
-from baselines.evaluate.suites import SUITES, Arm
+from baselines.evaluate.suites import SUITES
 
 FOLDER, README = Path("docs/results"), Path("README.md")
 START = "<!-- results: what follows is written by python -m baselines.evaluate.published -->"

@@ -13,7 +13,7 @@ import numpy as np
 
 from asv_env.types import Bool, Float
 from baselines.episodes import COLUMNS, Episode
-from baselines.evaluate.suites import Arm, Suite
+from baselines.evaluate.arms import Arm, Suite
 
 NOTHING = ""
 """In a CSV file, where a column does not apply."""

@@ -10,9 +10,9 @@ import numpy as np
 
 from asv_env.types import Float
 from baselines.evaluate import statistics
+from baselines.evaluate.arms import Arm
 from baselines.evaluate.results import Results
 from baselines.evaluate.statistics import Estimate
-from baselines.evaluate.suites import Arm
 
 TOLERANCES = (0.5, 1.0, 2.0)
 """Of the goal pose, in those of the task (5 cm and 0.1 rad with the nominal vessel)."""

@@ -22,9 +22,9 @@ from typing import Any
 from baselines import runner
 from baselines.episodes import Label, Track
 from baselines.evaluate import recording
+from baselines.evaluate.arms import Arm
 from baselines.evaluate.entrants import Source
 from baselines.evaluate.store import Series
-from baselines.evaluate.suites import Arm
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 

@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from baselines.evaluate.arms import Arm
 from baselines.evaluate.report import charts, markdown, page, replay, svg
 from baselines.evaluate.report.page import Section
 from baselines.evaluate.report.replay import Player
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Store
-from baselines.evaluate.suites import Arm
 
 FILES = ("report.html", "report.md")
 

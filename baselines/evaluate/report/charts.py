@@ -16,10 +16,10 @@ from asv_env.types import Float
 from baselines import palette
 from baselines.episodes import Track
 from baselines.evaluate import formats
+from baselines.evaluate.arms import Arm
 from baselines.evaluate.report import figures, maps
 from baselines.evaluate.report.figures import Colours
 from baselines.evaluate.results import Results
-from baselines.evaluate.suites import Arm
 from baselines.experiment import PAPER_HEADING, PAPER_POSITION
 
 ORIGIN = np.zeros(3)

@@ -19,10 +19,10 @@ from asv_env.params import EnvParams
 from asv_env.types import Float
 from baselines.episodes import TRACK_EVERY, Episode, Track
 from baselines.evaluate import formats
+from baselines.evaluate.arms import Arm
 from baselines.evaluate.report.figures import Colours
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
-from baselines.evaluate.suites import Arm
 
 RATE = 2.5
 """Poses a second that are kept, about; those between are interpolated."""
