@@ -1,8 +1,8 @@
 """Any policies on the same episodes, with honest statistics: ``python -m baselines.evaluate``.
 
-``arms`` and ``suites`` say what is run and ``entrants`` who takes part; ``workers`` run it, ``store`` keeps
-every episode as it ends. ``results`` are the rows, ``statistics`` and ``summary`` say what they
-amount to, ``report`` shows it.
+``arms`` and ``suites`` say what is run and ``entrants`` who takes part; ``workers`` run it, and
+``store`` keeps every episode as it ends. ``results`` are the rows, ``statistics`` and ``summary``
+say what they amount to, ``report`` shows it.
 """
 
 from __future__ import annotations
