@@ -112,7 +112,9 @@ def collect(options: argparse.Namespace, store: Store) -> Results:
     return Results(suite, tuple(one.name for one in options.entrants), rows)
 
 
-def save(options: argparse.Namespace, store: Store, results: Results) -> dict[str, Any]:
+def save(
+    options: argparse.Namespace, store: Store, results: Results, made_by: dict[str, Any]
+) -> dict[str, Any]:
     """Writes the files of the output folder; returns the summary."""
     suite = options.suite
     write_csv(options.out / "episodes.csv", results)
@@ -121,7 +123,7 @@ def save(options: argparse.Namespace, store: Store, results: Results) -> dict[st
         "about": suite.about,
         "episodes": suite.episodes,
         "seeds": [suite.seeds[0], suite.seeds[-1]],
-        "origin": origin(suite),
+        "origin": made_by,
         "policies": options.fingerprints,
         **summarise(results),
     }
@@ -135,8 +137,9 @@ def save(options: argparse.Namespace, store: Store, results: Results) -> dict[st
 def main(arguments: Sequence[str] | None = None) -> None:
     """See ``baselines.evaluate.main``."""
     options = parse(arguments)
+    made_by = origin(options.suite)
     try:
-        store = Store(options.out, origin(options.suite), options.fingerprints, options.overwrite)
+        store = Store(options.out, made_by, options.fingerprints, options.overwrite)
         for policy in store.dropped:
             recording.remove(options.out, policy)
     except OSError as error:
@@ -148,7 +151,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             reason = "stopped" if isinstance(error, KeyboardInterrupt) else str(error)
             sys.exit(f"\n{reason}\nFinished episodes are kept: give the same command to go on.")
         results = collect(options, store)
-        summary = save(options, store, results)
+        summary = save(options, store, results, made_by)
     print(text_table(summary))
     _name_broken(results)
     print(f"Results: {', '.join(str(options.out / name) for name in FILES)}")

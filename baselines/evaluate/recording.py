@@ -25,6 +25,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -66,7 +68,7 @@ def clear(folder: Path) -> None:
 def holds(folder: Path, row: Episode) -> bool:
     """Whether the trajectory of just this episode is there."""
     try:
-        return bool(load(path(folder, row.seed))[1]["episode"] == asdict(row))
+        return bool(about(path(folder, row.seed))["episode"] == asdict(row))
     except (FileNotFoundError, ValueError):
         return False
 
@@ -77,7 +79,7 @@ def save(folder: Path, track: Track, params: EnvParams) -> None:
         return
     arrays = {f.name: getattr(track.trajectory, f.name) for f in fields(Trajectory)}
     arrays["reward"] = arrays["reward"].astype(np.float32)
-    about = {
+    told = {
         "episode": asdict(track.episode),
         "purpose": seeds.purpose(track.episode.seed),
         "observation_names": observation.NAMES,
@@ -88,7 +90,7 @@ def save(folder: Path, track: Track, params: EnvParams) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     part = folder / f"{track.episode.seed}.{os.getpid()}.part"
     with part.open("wb") as file:
-        np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
+        np.savez_compressed(file, about=np.array(json.dumps(told)), **arrays)
     part.replace(path(folder, track.episode.seed))
 
 
@@ -99,11 +101,29 @@ def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:
         ValueError: not such a file.
         FileNotFoundError: there is none.
     """
+    with _opened(file) as saved:
+        arrays = {f.name: saved[f.name] for f in fields(Trajectory)}
+    arrays["terminated"] = bool(arrays["terminated"])
+    return Trajectory(**arrays), about(file)
+
+
+def about(file: Path) -> dict[str, Any]:
+    """What the file of a trajectory says about it; its arrays are not read.
+
+    Raises:
+        ValueError: not such a file.
+        FileNotFoundError: there is none.
+    """
+    with _opened(file) as saved:
+        told: dict[str, Any] = json.loads(str(saved["about"]))
+    return told
+
+
+@contextmanager
+def _opened(file: Path) -> Iterator[Any]:
+    """The file's arrays by name; whatever is wrong with it becomes a ValueError that names it."""
     try:
         with np.load(file, allow_pickle=False) as saved:
-            arrays = {f.name: saved[f.name] for f in fields(Trajectory)}
-            about = json.loads(str(saved["about"]))
+            yield saved
     except (*UNREADABLE, KeyError, ValueError) as error:
         raise ValueError(f"{file} is not a recorded trajectory: {error}") from error
-    arrays["terminated"] = bool(arrays["terminated"])
-    return Trajectory(**arrays), about

@@ -221,15 +221,6 @@ def pack(poses: Float) -> str:
     return base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode()
 
 
-def unpack(text: str, frames: int) -> Float:
-    """The reverse of ``pack``, as the page does it: poses (T, B, 3), headings not wrapped."""
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, -1)
-    unsigned = planes[0].astype(np.int64) | planes[1].astype(np.int64) << 8
-    bends = ((unsigned >> 1) ^ -(unsigned & 1)).reshape(-1, 3, frames)
-    poses: Float = np.moveaxis(bends.cumsum(axis=-1).cumsum(axis=-1), -1, 0) * np.array(UNITS)
-    return poses
-
-
 def verdict(row: Episode) -> str:
     """How an episode ended, in a word or two."""
     if row.success:
