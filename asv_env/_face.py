@@ -11,11 +11,11 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from asv_env import observation
+from asv_env import observation, scenarios
 from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
-from asv_env.simulation import WORLDS_PER_SPACE, Simulation
+from asv_env.simulation import WORLDS_PER_SPACE, Draw, Simulation
 from asv_env.types import Bool, Float
 
 RENDER_MODES = ("human", "rgb_array")
@@ -52,13 +52,14 @@ class Face:
         options: Mapping[str, Any],
         num_worlds: int = 1,
         worlds_per_space: int = WORLDS_PER_SPACE,
+        draw: Draw = scenarios.draw,
     ) -> None:
         """Makes the simulation from names and options; see ``presets.make_params``."""
         if render_mode is not None:
             choice("render_mode", render_mode, RENDER_MODES)
         self.render_mode = render_mode
         self.params = make_params(**options)
-        self.simulation = Simulation(self.params, num_worlds, worlds_per_space)
+        self.simulation = Simulation(self.params, num_worlds, worlds_per_space, draw)
         self._life = self._NEW
 
     def _metadata(self, **entries: Any) -> dict[str, Any]:

@@ -430,20 +430,27 @@ class VariationParams:
 
 @dataclass(frozen=True)
 class RewardParams:
-    """Weights of the reward terms; see ``reward.py`` for the terms."""
+    """Weights of the reward terms; see ``reward.py`` for the terms.
 
-    closure: float = 1.0
-    delivery: float = 5.0
-    precision: float = 0.3
-    success: float = 5.0
-    strayed: float = 10.0
-    time: float = 0.002
+    ``time``, ``effort`` and ``collision`` are those of a second, so that an episode is worth the
+    same at any control rate. ``accuracy`` is the share of ``success`` that is paid for how
+    exactly the vessel was delivered.
+    """
+
+    closure: float = 0.2
+    delivery: float = 1.0
+    precision: float = 0.1
+    success: float = 4.0
+    accuracy: float = 0.6
+    strayed: float = 4.0
+    time: float = 0.02
     effort: float = 0.001
     collision: float = 0.01
 
     def __post_init__(self) -> None:
         for f in fields(self):
             check_number(self, f.name, 0.0)
+        check_number(self, "accuracy", 0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,12 @@ closure     towards the slots: fall of the boats' mean distance, vessel lengths
 delivery    towards the goal: fall of the distance, a quarter of a metre counting for a radian
             of heading at the nominal size, vessel lengths
 precision   rise of a bell round the goal, 8 cm (nominal size) and 0.2 rad wide
-success     1 at the tick at which the task is done
+success     1 at the tick at which the task is done; of a delivery, a share is paid by a narrow
+            bell round the goal, 2 cm (nominal size) and 0.05 rad wide
 strayed     -1 at the tick at which a body leaves the arena, plus the time that was left
-time        -1 each tick
-effort      minus the boat's mean squared share of full thrust
-collision   -1 each tick at which the boat touches another hull than the vessel
+time        -1 each second
+effort      minus the boat's mean squared share of full thrust, each second
+collision   -1 each second in which the boat touches another hull than the vessel
 ==========  ====================================================================
 """
 
@@ -28,26 +29,29 @@ from asv_env.types import Ending, Float, State
 
 SHARED = ("closure", "delivery", "precision", "success", "strayed", "time")
 HEADING_WEIGHT = 0.25
-BELL_DISTANCE = 0.08
-BELL_ANGLE = 0.2
+BELL = (0.08, 0.2)
+"""Width of the bell of precision, m at the nominal size and rad."""
+NARROW_BELL = (0.02, 0.05)
+"""The same of a delivery's accuracy."""
 LARGEST_STEP = 1.0
 """Bound on the rise of a potential in one tick."""
 
 
 def potentials(relations: Relations, state: State, params: EnvParams) -> Float:
-    """Potentials (W, 3) of closure, delivery and precision, whose rise is rewarded.
+    """Potentials (W, 4) of closure, delivery and precision, whose rise is rewarded; accuracy.
 
-    Dimensionless; 0, 0 and 1 where all is done.
+    Dimensionless; 0, 0, 1 and 1 where all is done.
     """
     length = params.vessel.length
     size = length / NOMINAL_LENGTH
     off = np.add.reduce(relations.slot_error * state.working, axis=1)
     distance, turn = relations.goal_error, np.abs(relations.heading_error)
-    values = np.empty((len(distance), 3))
+    values = np.empty((len(distance), 4))
     values[:, 0] = off / (-length * np.add.reduce(state.working, axis=1))
     values[:, 1] = (distance + size * HEADING_WEIGHT * turn) / -length
-    bell = np.square(distance / (BELL_DISTANCE * size)) + np.square(turn / BELL_ANGLE)
-    np.exp(-bell, out=values[:, 2])
+    for column, (width, angle) in ((2, BELL), (3, NARROW_BELL)):
+        bell = np.square(distance / (width * size)) + np.square(turn / angle)
+        np.exp(-bell, out=values[:, column])
     return values
 
 
@@ -57,24 +61,26 @@ def terms(
     """Weighted terms of one control tick by name, (W, 1) shared or (W, A) of a boat's own.
 
     Args:
-        before: (W, 3) potentials before the tick.
-        after: (W, 3) potentials after it.
+        before: (W, 4) potentials before the tick.
+        after: (W, 4) potentials after it.
         state: after the tick.
         ending: after the tick.
         params: the environment's.
     """
-    weight = params.reward
+    weight, second = params.reward, 1.0 / params.clock.control
     shared = np.empty((len(after), len(SHARED)))
-    rise = np.minimum(np.maximum(after - before, -LARGEST_STEP), LARGEST_STEP)
+    rise = after[:, :3] - before[:, :3]
+    np.minimum(np.maximum(rise, -LARGEST_STEP, out=rise), LARGEST_STEP, out=rise)
     np.multiply(_progress_weights(weight, params.task.name), rise, out=shared[:, :3])
-    shared[:, 3] = weight.success * ending.reached
-    time_lost = weight.time * (params.time_limit_ticks - state.tick)
+    exact = 0.0 if params.task.name == "approach" else weight.accuracy * (1.0 - after[:, 3])
+    shared[:, 3] = weight.success * ending.reached * (1.0 - exact)
+    time_lost = weight.time * second * (params.time_limit_ticks - state.tick)
     shared[:, 4] = ending.strayed * (-weight.strayed - time_lost)
-    shared[:, 5] = -weight.time
+    shared[:, 5] = -weight.time * second
     squares = np.add.reduce(np.square(state.thrust), axis=-1)
     named: dict[str, Float] = {name: shared[:, i : i + 1] for i, name in enumerate(SHARED)}
-    named["effort"] = squares * (-0.5 * weight.effort / params.boat.thrust**2)
-    named["collision"] = -weight.collision * state.touching[..., 1]
+    named["effort"] = squares * (-0.5 * weight.effort * second / params.boat.thrust**2)
+    named["collision"] = -weight.collision * second * state.touching[..., 1]
     return named
 
 

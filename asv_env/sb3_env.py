@@ -7,10 +7,14 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.spaces import Box, Dict
 
+from asv_env import scenarios
 from asv_env._face import Face, boat_spaces, goal_option, summaries
-from asv_env.simulation import WORLDS_PER_SPACE
-from asv_env.types import Action, Bool, Observation
+from asv_env.observation import NAMES
+from asv_env.overview import overview, overview_bound
+from asv_env.simulation import WORLDS_PER_SPACE, Draw
+from asv_env.types import Action, Bool, Observation, rows
 
 try:
     from stable_baselines3.common.monitor import Monitor
@@ -21,12 +25,16 @@ except ImportError as error:
         "asv_env.sb3_env needs stable-baselines3: pip install 'asv-env[train]'"
     ) from error
 
+Seen = Observation | dict[str, Observation]
+
 
 class BoatVecEnv(Face, VecEnv):
     """Rows = worlds x boats, world by world: boat i of world w is row ``w * A + i``.
 
     Observation (W A, K) float32, action (W A, 2) float32 in [-1, 1] (finite values outside are
-    clipped), reward (W A,) float32. The boats of a world end together, and the world begins its
+    clipped), reward (W A,) float32. With ``with_state`` the observation is a dictionary of "obs",
+    the same, and "state" (W A, S) float32, the true state of the row's world, for a centralised
+    critic; see ``overview``. The boats of a world end together, and the world begins its
     next episode in the same step. The infos of its rows then hold "terminal_observation",
     "TimeLimit.truncated" (True at the time limit; False after success or straying), "episode"
     (r, l, t: what a Monitor would write, so that no wrapper is needed for SB3's logs) and the
@@ -44,6 +52,8 @@ class BoatVecEnv(Face, VecEnv):
         stagger: shortens the first episode of world w after a reset to the share (w + 1) / W of
             the time limit, so that not all worlds truncate in the same step.
         worlds_per_space: see ``Simulation``.
+        draw: how episodes begin, see ``Simulation``.
+        with_state: whether the state of the world is observed too.
         **options: see ``presets.make_params``.
 
     Attributes:
@@ -66,24 +76,31 @@ class BoatVecEnv(Face, VecEnv):
         render_mode: str | None = None,
         stagger: bool = False,
         worlds_per_space: int = WORLDS_PER_SPACE,
+        draw: Draw = scenarios.draw,
+        with_state: bool = False,
         **options: Any,
     ) -> None:
         names = {"task": task, "num_boats": num_boats, "scenario": scenario}
-        self._open(render_mode, {**names, **options}, num_envs, worlds_per_space)
+        self._open(render_mode, {**names, **options}, num_envs, worlds_per_space, draw)
         self.num_worlds, self._team = num_envs, self.params.num_boats
-        self._stagger = stagger
+        self._stagger, self._with_state = stagger, with_state
         self._limit = np.full(num_envs, self.params.time_limit_ticks)
         self._return = np.zeros((num_envs, self._team))
         self._actions: Action | None = None
         self._began = time.time()
-        super().__init__(num_envs * self._team, *boat_spaces())
+        boats, acts = boat_spaces()
+        observes: gymnasium.Space[Any] = boats
+        if with_state:
+            bound = overview_bound(self._team)
+            observes = Dict({"obs": boats, "state": Box(-bound, bound)})
+        super().__init__(num_envs * self._team, observes, acts)
         self.metadata["render_fps"] = self.params.clock.control
 
-    def reset(self) -> Observation:
+    def reset(self) -> Seen:
         """Begins new episodes of all worlds, with the seeds and options that were set.
 
         Returns:
-            Observations (W A, K).
+            Observations of all rows.
 
         Raises:
             ValueError: a bad seed or goal, or the environment is closed.
@@ -91,7 +108,7 @@ class BoatVecEnv(Face, VecEnv):
         self._check_open("reset")
         seeds = self._seeds[:: self._team]
         goals = [_hashable(goal_option(options)) for options in self._options[:: self._team]]
-        observation = np.zeros((self.num_worlds, self._team, *self._row_shape), dtype=np.float32)
+        observation = np.zeros((self.num_worlds, self._team, len(NAMES)), dtype=np.float32)
         for goal in dict.fromkeys(goals):
             mask = np.array([one == goal for one in goals])
             some = [seed for seed, chosen in zip(seeds, mask, strict=True) if chosen]
@@ -107,7 +124,7 @@ class BoatVecEnv(Face, VecEnv):
         self._actions = None
         self._life = self._RUNNING
         self._show()
-        return observation.reshape(self.num_envs, -1)
+        return self._seen(observation, slice(None))
 
     def step_async(self, actions: Action) -> None:
         """Takes the actions (W A, 2) of the next step.
@@ -122,11 +139,11 @@ class BoatVecEnv(Face, VecEnv):
             raise ValueError(f"actions of shape {actions.shape}: must be {(self.num_envs, 2)}")
         self._actions = actions.reshape(self.num_worlds, self._team, 2)
 
-    def step_wait(self) -> tuple[Observation, Observation, Bool, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[Seen, Observation, Bool, list[dict[str, Any]]]:
         """Advances every world by one control step, and into its next episode if it is over.
 
         Returns:
-            Observations (W A, K), rewards (W A,), dones (W A,), an info for each row.
+            Observations of all rows, rewards (W A,), dones (W A,), an info for each row.
         """
         if self._actions is None:
             raise RuntimeError("step_wait: there are no actions; call step_async first")
@@ -142,7 +159,7 @@ class BoatVecEnv(Face, VecEnv):
             self._limit[over] = self.params.time_limit_ticks
         self._show()
         return (
-            observation.reshape(self.num_envs, -1),
+            self._seen(observation, slice(None)),
             step.reward.astype(np.float32).reshape(-1),
             np.repeat(over, self._team),
             infos,
@@ -153,14 +170,16 @@ class BoatVecEnv(Face, VecEnv):
     ) -> None:
         """Fills the infos of the rows whose episodes end."""
         worlds = np.flatnonzero(over)
+        last = self._seen(observation[worlds], worlds)  # copies
         elapsed = round(time.time() - self._began, 6)
-        for world, summary in zip(worlds, summaries(self.simulation, worlds), strict=True):
+        told = zip(worlds, summaries(self.simulation, worlds), strict=True)
+        for number, (world, summary) in enumerate(told):
             length = int(self.simulation.state.tick[world])
             for boat, total in enumerate(self._return[world].tolist()):
                 row = world * self._team + boat
                 infos[row] = {
                     **summary,
-                    "terminal_observation": observation[world, boat].copy(),
+                    "terminal_observation": _row(last, number * self._team + boat),
                     "TimeLimit.truncated": not terminated[world],
                     "episode": {"r": total, "l": length, "t": elapsed},
                 }
@@ -207,9 +226,20 @@ class BoatVecEnv(Face, VecEnv):
         """Whether each row is wrapped: as if by a Monitor, whose reports it makes itself."""
         return [issubclass(Monitor, wrapper_class) for _ in self._get_indices(indices)]
 
-    @property
-    def _row_shape(self) -> tuple[int, ...]:
-        return self.observation_space.shape or ()
+    def _seen(self, observation: Observation, worlds: Any) -> Seen:
+        """What is observed of some worlds (n, A, K), by rows."""
+        by_row = observation.reshape(-1, observation.shape[-1])
+        if not self._with_state:
+            return by_row
+        state = overview(rows(self.simulation.state, worlds), self.params)
+        return {"obs": by_row, "state": np.repeat(state, self._team, axis=0)}
+
+
+def _row(seen: Seen, row: int) -> Seen:
+    """One row of what is observed."""
+    if isinstance(seen, dict):
+        return {name: values[row] for name, values in seen.items()}
+    return seen[row]
 
 
 def _hashable(goal: Any) -> Any:

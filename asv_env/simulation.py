@@ -5,7 +5,7 @@ Everything that the faces offer is here; they only translate.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from asv_env.types import (
     Float,
     Observation,
     Sensed,
+    Start,
     State,
     TimeStep,
     copied,
@@ -32,6 +33,8 @@ from asv_env.types import (
 WORLDS_PER_SPACE = 128
 LOSING = 2.0
 """Closure, once formed, is lost when a boat is this many slot tolerances away from its slot."""
+Draw = Callable[[EnvParams, np.random.Generator, Float | None], Start]
+"""How an episode begins: from parameters, the world's Generator and a goal that is given."""
 
 
 class Simulation:
@@ -46,6 +49,8 @@ class Simulation:
         num_worlds: W.
         worlds_per_space: how many worlds share a Pymunk Space. 128 is fastest; with 1 every
             world computes at the origin and its results do not depend on the batch.
+        draw: how episodes begin; another one than ``scenarios.draw`` makes a curriculum. The
+            side from which is pushed and the closure at the start are those of the task.
 
     Attributes:
         params: as given.
@@ -60,13 +65,18 @@ class Simulation:
     ending: Ending
 
     def __init__(
-        self, params: EnvParams, num_worlds: int = 1, worlds_per_space: int = WORLDS_PER_SPACE
+        self,
+        params: EnvParams,
+        num_worlds: int = 1,
+        worlds_per_space: int = WORLDS_PER_SPACE,
+        draw: Draw = scenarios.draw,
     ) -> None:
         for name, value in (("num_worlds", num_worlds), ("worlds_per_space", worlds_per_space)):
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
                 raise ValueError(f"{name} = {value!r}: must be a whole number of at least 1")
         self.params = params
         self.num_worlds = num_worlds
+        self._draw = draw
         self._dynamics = Dynamics(params, num_worlds, worlds_per_space)
         self._sensors = Sensors(params, num_worlds)
         self._rngs: dict[int, np.random.Generator] = {}
@@ -161,7 +171,7 @@ class Simulation:
     def _begin(self, world: int, goal: Float | None) -> None:
         """Places one world at the start of an episode."""
         state, task = self.state, self.params.task
-        start = scenarios.draw(self.params, self._rngs[world], goal)
+        start = self._draw(self.params, self._rngs[world], goal)
         self._dynamics.place(world, start)
         self._failure_tick[world] = start.failure_tick
         self._relative_goal[world] = start.goal

@@ -22,7 +22,7 @@ from asv_env.checks import check_whole, choice
 from asv_env.params import ACTION_MODES, TASKS, EnvParams
 from asv_env.types import Action, Bool, Float, Observation, Sensed
 
-FORMAT = "asv-env policy 1"
+FORMAT, SUFFIX = "asv-env policy 1", ".npz"
 ACTIVATIONS: dict[str, Callable[[Float], Float]] = {
     "tanh": np.tanh,
     "relu": lambda x: np.maximum(x, 0.0),

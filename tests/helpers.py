@@ -84,7 +84,7 @@ def begin_at(sim, motions, mask=None, **start):
     def drawn(params, rng, goal=None):
         return replace(draw(params, rng, goal), motion=np.array(next(waiting)), **start)
 
-    with mock.patch.object(scenarios, "draw", drawn):
+    with mock.patch.object(sim, "_draw", drawn):
         return sim.reset(mask, seeds=[0] * len(motions))
 
 

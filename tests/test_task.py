@@ -484,31 +484,31 @@ def test_progress_terms_sum_to_the_difference_of_their_potentials():
 
 
 def judged(params, before, after, reached=False, strayed=False, tick=1):
-    """Weighted terms of one tick between two potentials (3,), of idle boats."""
+    """Weighted terms of one tick between two potentials (4,), of idle boats."""
     sim = begun(params)
     sim.state.tick = np.array([tick])
     ending = Ending(np.array([reached]), np.array([strayed]), np.array([False]))
-    before, after = np.reshape(before, (1, 3)), np.reshape(after, (1, 3))
+    before, after = np.reshape(before, (1, 4)), np.reshape(after, (1, 4))
     return reward.terms(before, after, sim.state, ending, params)
 
 
-potentials = st.tuples(st.floats(-50, 0), st.floats(-50, 0), st.floats(0, 1))
+potentials = st.tuples(st.floats(-50, 0), st.floats(-50, 0), st.floats(0, 1), st.floats(0, 1))
 
 
 @given(before=potentials, after=potentials, strayed=st.booleans(), tick=st.integers(1, 1800))
 def test_every_term_is_bounded(before, after, strayed, tick):
     params = make_params()
     terms = judged(params, before, after, not strayed, strayed, tick)
-    weight = params.reward
+    weight, second = params.reward, 1 / params.clock.control
     bounds = {
         "closure": weight.closure,
         "delivery": weight.delivery,
         "precision": weight.precision,
         "success": weight.success,
-        "strayed": weight.strayed + weight.time * params.time_limit_ticks,
-        "time": weight.time,
-        "effort": weight.effort,
-        "collision": weight.collision,
+        "strayed": weight.strayed + weight.time * params.task.time_limit,
+        "time": weight.time * second,
+        "effort": weight.effort * second,
+        "collision": weight.collision * second,
     }
     assert set(terms) == set(bounds)
     assert all(np.abs(terms[name]).max() <= bounds[name] + 1e-12 for name in bounds)
@@ -535,9 +535,10 @@ def test_way_out_of_the_arena_earns_less_than_waiting():
 
 
 def test_success_pays_and_straying_costs_what_their_weights_say():
-    params = make_params(reward={"success": 7.0, "strayed": 3.0, "time": 0.01})
-    at = (-1.0, -1.0, 0.0)
-    assert judged(params, at, at, reached=True)["success"] == approx(7.0)
+    params = make_params(reward={"success": 7.0, "accuracy": 0.5, "strayed": 3.0, "time": 0.1})
+    at, exactly = (-1.0, -1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 1.0)
+    assert judged(params, at, exactly, reached=True)["success"] == approx(7.0)
+    assert judged(params, at, at, reached=True)["success"] == approx(3.5)
     late = judged(params, at, at, strayed=True, tick=1800)
     assert late["strayed"] == approx(-3.0)
     early = judged(params, at, at, strayed=True, tick=800)
@@ -548,7 +549,7 @@ def test_effort_is_the_boats_own():
     sim = begun(make_params(action_mode="thrusters"))
     for _ in range(20):
         done = step(sim, [(0, 0), (1, 1), (0.5, 0), (0, 0)])
-    assert done.terms["effort"][0] == approx([0, -0.001, -0.000125, 0], rel=1e-3)
+    assert done.terms["effort"][0] == approx([0, -0.0001, -0.0000125, 0], rel=1e-3)
     others = {name: term for name, term in done.terms.items() if name != "effort"}
     assert all(np.ptp(np.broadcast_to(term, (1, 4))) == 0 for term in others.values())
 
@@ -557,7 +558,7 @@ def test_collision_is_of_those_that_collide():
     params = make_params()
     sim = begun_at(params, bodies((), (1, 1), (1, 1.064), (-1, 1), (-1, -1)))
     terms = step(sim).terms
-    assert terms["collision"][0] == approx([-0.01, -0.01, 0, 0])
+    assert terms["collision"][0] == approx([-0.001, -0.001, 0, 0])
     assert sim.summary()["collisions"] == 2
 
 

@@ -36,7 +36,7 @@ POLICIES: dict[str, Callable[[EnvParams], Policy]] = {
     "idle": Idle,
     "random": Random,
 }
-EXPORTED, SB3 = ".npz", ".zip"
+EXPORTED, SB3 = network.SUFFIX, ".zip"
 SB3_NEEDS = ("stable-baselines3", "torch")
 NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
 """Of a policy: it also names a folder."""

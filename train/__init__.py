@@ -1,0 +1,1 @@
+"""Training of policies that all boats share: ``python -m train``."""

@@ -1,0 +1,36 @@
+"""``python -m train``: see ``train.config.Config`` for the options."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Trains as a command line says; exits with a message where something is wrong."""
+    try:
+        from train.config import parse
+
+        config = parse(arguments)
+        if config.engine == "rllib":
+            from train.rllib import train
+        else:
+            from train.ppo import train
+        train(config)
+    except (ValueError, OSError, ImportError) as error:
+        sys.exit(f"python -m train: {_with_remedy(error)}")
+    except KeyboardInterrupt:
+        sys.exit("python -m train: stopped; the same command goes on from the last checkpoint")
+
+
+def _with_remedy(error: Exception) -> str:
+    """What is wrong; where an extra is missing, which."""
+    name = (getattr(error, "name", None) or "").partition(".")[0]
+    extras = {"tyro": "train", "torch": "train", "stable_baselines3": "train", "ray": "rllib"}
+    if name not in extras:
+        return str(error)
+    return f"{error}: this needs an extra, pip install -e '.[{extras[name]}]'"
+
+
+if __name__ == "__main__":
+    main()

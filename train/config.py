@@ -1,0 +1,240 @@
+"""What a training run is: its options, named as in CleanRL, and what each task presets."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import tyro
+
+from asv_env.checks import check_number, check_numbers, check_whole, choice
+from asv_env.params import TASKS, ClockParams, check_num_boats
+from asv_env.presets import SCENARIOS
+from baselines.evaluate import seeds
+
+Task = Literal["approach", "push", "transport"]
+Engine = Literal["sb3", "rllib"]
+Activation = Literal["relu", "tanh"]
+Critic = Literal["own", "central"]
+CONTROL_RATE = ClockParams().control
+SEEDS_OF_A_RUN = 10**6
+"""Between the first seeds of two runs."""
+WHERE = ("out", "overwrite", "track", "wandb_project_name", "wandb_entity", "ray_address")
+"""Options that do not change what is learned."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """Train a policy that all boats share; the same command goes on with a run that was stopped.
+
+    Attributes:
+        task: what is learned.
+        engine: sb3 (stable-baselines3) or rllib (Ray: also several machines).
+        seed: of the run, from 0; the seeds of its worlds follow from it.
+        out: folder of the run; below runs/train by default.
+        overwrite: begin anew where the folder holds a run.
+        init_from: policy file (.npz) with whose weights the actor begins.
+        demonstrations: folder of recorded episodes that are imitated too.
+        num_envs: worlds side by side, shared out over teams and scenarios.
+        teams: numbers of boats, mixed.
+        scenarios: what disturbs the worlds, mixed.
+        decision_rate: of the policy, Hz.
+        time_limit: of an episode in training, s for a vessel of 0.40 m; the task's by default.
+        near_goals: share of episodes whose goals are nearer, by a factor drawn uniformly.
+        near_starts: share of episodes in which the boats begin beside the hull.
+        midway_starts: share of episodes that begin midway in one of the scripted policy.
+        widening: share of the training over which the farthest goals, noise and variation grow
+            to their full size.
+        imitation_rounds: of DAgger on the scripted policy before PPO; 0 learns from scratch.
+        imitation_worlds: in which it is watched.
+        imitation_time: of a round, s in every world.
+        imitation_steps: of gradient descent in a round.
+        total_timesteps: of PPO, steps of single boats.
+        learning_rate: of the critic when PPO begins.
+        actor_learning_rate: of the actor when PPO begins.
+        adapt_kl: divergence of an update to which that is adapted; None leaves it.
+        anneal_lr: let both fall linearly, to a tenth.
+        num_steps: of a world between two updates.
+        num_minibatches: of an epoch.
+        update_epochs: of an update.
+        gamma: discount of a decision.
+        gae_lambda: of generalised advantage estimation.
+        clip_coef: of the ratio of probabilities.
+        ent_coef: weight of the entropy.
+        vf_coef: weight of the value loss.
+        max_grad_norm: to which gradients are clipped.
+        target_kl: divergence at which an update is broken off.
+        critic_updates: first updates, in which only the critic learns.
+        hidden: sizes of the layers of actor and critic.
+        activation: between them.
+        log_std_init: of the actions when PPO begins.
+        critic: own sees what its boat observes, central the state of its world.
+        eval_every: timesteps between evaluations.
+        eval_episodes: of each scenario in an evaluation.
+        eval_seed: of the first of them; for development.
+        checkpoint_every: timesteps between checkpoints.
+        torch_threads: of the learner.
+        track: report to Weights & Biases too.
+        wandb_project_name: the project there.
+        wandb_entity: its owner there.
+        num_env_runners: processes that sample, of rllib.
+        ray_address: of the cluster, of rllib; this machine alone by default.
+    """
+
+    task: Task = "push"
+    engine: Engine = "sb3"
+    seed: int = 0
+    out: Path | None = None
+    overwrite: bool = False
+    init_from: Path | None = None
+    demonstrations: Path | None = None
+
+    num_envs: int = 128
+    teams: tuple[int, ...] = (4,)
+    scenarios: tuple[str, ...] = ("noisy",)
+    decision_rate: int = 5
+    time_limit: float | None = None
+    near_goals: float = 0.0
+    near_starts: float = 0.0
+    midway_starts: float = 0.0
+    widening: float = 0.0
+
+    imitation_rounds: int = 8
+    imitation_worlds: int = 64
+    imitation_time: float = 60.0
+    imitation_steps: int = 1500
+
+    total_timesteps: int = 20_000_000
+    learning_rate: float = 5e-4
+    actor_learning_rate: float = 3e-5
+    adapt_kl: float | None = 0.012
+    anneal_lr: bool = True
+    num_steps: int = 64
+    num_minibatches: int = 8
+    update_epochs: int = 4
+    gamma: float = 0.99
+    gae_lambda: float = 0.95
+    clip_coef: float = 0.2
+    ent_coef: float = 0.0
+    vf_coef: float = 0.5
+    max_grad_norm: float = 0.5
+    target_kl: float | None = None
+    critic_updates: int = 20
+    hidden: tuple[int, ...] = (128, 128)
+    activation: Activation = "relu"
+    log_std_init: float = -3.0
+    critic: Critic = "own"
+
+    eval_every: int = 4_000_000
+    eval_episodes: int = 100
+    eval_seed: int = seeds.DEVELOPMENT.start
+    checkpoint_every: int = 1_000_000
+    torch_threads: int = 2
+
+    track: bool = False
+    wandb_project_name: str = "asv-env"
+    wandb_entity: str | None = None
+    num_env_runners: int = 2
+    ray_address: str | None = None
+
+    def __post_init__(self) -> None:
+        choice("task", self.task, TASKS)
+        for scenario in self.scenarios:
+            choice("scenario", scenario, SCENARIOS)
+        for team in self.teams:
+            check_num_boats(team)
+        positive = "num_envs imitation_worlds imitation_steps total_timesteps num_steps "
+        positive += "num_minibatches update_epochs eval_every eval_episodes checkpoint_every "
+        positive += "torch_threads decision_rate"
+        for name in positive.split():
+            check_whole(self, name, 1)
+        for name in ["seed", "imitation_rounds", "critic_updates", "num_env_runners"]:
+            check_whole(self, name, 0)
+        shares = "near_goals near_starts midway_starts widening gamma gae_lambda"
+        check_numbers(self, shares, 0.0, 1.0)
+        rates = "learning_rate actor_learning_rate clip_coef max_grad_norm imitation_time"
+        check_numbers(self, rates, 1e-12)
+        check_numbers(self, "ent_coef vf_coef", 0.0)
+        check_number(self, "log_std_init", -10.0, 2.0)
+        self._check_together()
+
+    def _check_together(self) -> None:
+        """Options that bear on each other."""
+        if CONTROL_RATE % self.decision_rate:
+            raise ValueError(
+                f"decision_rate = {self.decision_rate}: must divide {CONTROL_RATE}, that of control"
+            )
+        groups = len(self.teams) * len(self.scenarios)
+        if not groups or self.num_envs < groups:
+            raise ValueError(
+                f"num_envs = {self.num_envs}: {groups} combinations of teams and scenarios need "
+                "at least a world each, and one at least"
+            )
+        if self.critic == "central" and len(set(self.teams)) > 1:
+            raise ValueError(
+                f"critic = 'central' with teams = {self.teams}: the state of a world grows with "
+                "its team; train one team size, or use critic = 'own'"
+            )
+        seeds.check(range(self.eval_seed, self.eval_seed + self.eval_episodes), "development")
+        seeds.check(range(self.first_seed, self.first_seed + SEEDS_OF_A_RUN), "training")
+
+    @property
+    def first_seed(self) -> int:
+        """Of the worlds of this run."""
+        return seeds.TRAINING.start + self.seed * SEEDS_OF_A_RUN
+
+    @property
+    def decide_every(self) -> int:
+        """Control ticks for which a decision is held."""
+        return CONTROL_RATE // self.decision_rate
+
+    @property
+    def folder(self) -> Path:
+        """Of the run."""
+        return self.out or Path("runs/train") / f"{self.task}-{self.engine}-{self.seed}"
+
+    def learned(self) -> dict[str, Any]:
+        """The options that bear on what is learned, as JSON knows them."""
+        options = asdict(self)
+        for name in WHERE:
+            del options[name]
+        plain = {name: _plain(value) for name, value in options.items()}
+        return plain
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return list(value)
+    return str(value) if isinstance(value, Path) else value
+
+
+PRESETS: dict[str, Config] = {}
+
+
+def parse(arguments: Sequence[str] | None = None) -> Config:
+    """Options from a command line; what is not given is the task's preset.
+
+    Exits with a message where something is wrong.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return tyro.cli(Config, default=preset(_task(given)), args=given, prog="python -m train")
+    except ValueError as error:
+        sys.exit(f"python -m train: {error}")
+
+
+def preset(task: str) -> Config:
+    """What a task presets; for an unknown one, the general defaults."""
+    return PRESETS.get(task, Config())
+
+
+def _task(arguments: Sequence[str]) -> str:
+    """The task on a command line."""
+    for number, word in enumerate(arguments):
+        name, _, value = word.partition("=")
+        if name == "--task":
+            return value or (list(arguments[number + 1 :]) or [""])[0]
+    return Config.task

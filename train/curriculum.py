@@ -1,0 +1,131 @@
+"""What is learned first: easier episodes, which become the task's own as the training goes on.
+
+Goals are nearer, boats begin beside the hull, episodes begin midway in one of the scripted policy,
+noise and variation are small. How much of that there is depends on the configuration and on the
+progress of the training alone, so that a run that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from asv_env import scenarios
+from asv_env.params import EnvParams
+from asv_env.simulation import Simulation
+from asv_env.types import Float, Start
+from baselines.scripted import ScriptedPolicy
+from train.config import Config
+
+BESIDE = 0.9
+"""Width of the margin round the hull in which boats begin beside it, lengths of the vessel."""
+TRIES = 200
+"""Places that are tried for each boat there."""
+LARGEST_STARTS = 4096
+"""Number of midway states that are kept."""
+KEEP_EVERY = 10
+"""Control ticks between two states that are kept."""
+
+
+def grown(params: EnvParams, share: float) -> EnvParams:
+    """Parameters with noise and variation at a share of their size, and goals as near."""
+    sensors, variation, task = params.sensors, params.variation, params.task
+    noise = {
+        name: share * getattr(sensors, name)
+        for name in ("position_noise", "heading_noise", "speed_noise", "yaw_rate_noise")
+    }
+    spread = {name: share * getattr(variation, name) for name in ("thrust", "drag", "mass")}
+    near, far = task.goal_distance
+    return replace(
+        params,
+        sensors=replace(sensors, **noise),
+        variation=replace(variation, **spread),
+        task=replace(task, goal_distance=(share * near, share * far)),
+    )
+
+
+@dataclass(frozen=True)
+class Midway:
+    """States along episodes of the scripted policy.
+
+    Attributes:
+        motion: (n, B, 6) of all bodies; see ``State``.
+        goal: (n, 3) m, m, rad.
+    """
+
+    motion: Float
+    goal: Float
+
+    @classmethod
+    def watched(cls, params: EnvParams, seeds: range) -> Midway:
+        """Runs the scripted policy on the episodes of these seeds."""
+        simulation, policy = Simulation(params, len(seeds)), ScriptedPolicy(params)
+        observation, memory = simulation.reset(seeds=list(seeds)), None
+        fresh = np.ones(len(seeds), dtype=np.bool_)
+        motion, goal = [], []
+        for tick in range(params.time_limit_ticks):
+            if tick % KEEP_EVERY == 0:
+                motion.append(simulation.state.motion.copy())
+                goal.append(simulation.state.goal.copy())
+            action, memory = policy.act(simulation.sensed, observation, memory, fresh)
+            step = simulation.step(action)
+            observation, fresh = step.observation, step.ending.terminated | step.ending.truncated
+            if fresh.any():
+                observation[fresh] = simulation.reset(fresh)
+            if len(motion) * len(seeds) >= LARGEST_STARTS:
+                break
+        return cls(np.concatenate(motion), np.concatenate(goal))
+
+
+class Starts:
+    """How episodes of a training begin; what ``Simulation`` calls ``draw``.
+
+    Args:
+        config: of the run.
+        midway: where ``config.midway_starts`` is above 0.
+    """
+
+    def __init__(self, config: Config, midway: Midway | None = None) -> None:
+        self._config, self._midway = config, midway
+
+    def __call__(
+        self, params: EnvParams, rng: np.random.Generator, goal: Float | None = None
+    ) -> Start:
+        """See ``scenarios.draw``."""
+        start = scenarios.draw(params, rng, goal)
+        if goal is not None:
+            return start
+        config = self._config
+        nearer, beside, midway = rng.random(3)
+        if self._midway is not None and midway < config.midway_starts:
+            chosen = rng.integers(len(self._midway.goal))
+            return replace(
+                start,
+                motion=self._midway.motion[chosen].copy(),
+                goal=self._midway.goal[chosen].copy(),
+            )
+        if nearer < config.near_goals:
+            start.goal *= rng.random()
+        if beside < config.near_starts:
+            _put_beside(start.motion, params, rng)
+        return start
+
+
+def _put_beside(motion: Float, params: EnvParams, rng: np.random.Generator) -> None:
+    """Places the boats (B, 6) of a vessel at the origin at random beside its hull, in place."""
+    vessel, boat = params.vessel, params.boat
+    half = np.array([vessel.length, vessel.width]) / 2
+    clear, apart = np.hypot(boat.length, boat.width) / 2, 1.05 * np.hypot(boat.length, boat.width)
+    placed: list[Float] = []
+    for _ in range(TRIES * params.num_boats):
+        if len(placed) == params.num_boats:
+            break
+        point = rng.uniform(-half - BESIDE * vessel.length, half + BESIDE * vessel.length)
+        gap = np.hypot(*np.maximum(np.abs(point) - half, 0.0))
+        if gap > clear and all(np.hypot(*(point - other)) > apart for other in placed):
+            placed.append(point)
+    else:
+        return  # too crowded; they begin where they are
+    motion[1:, :2] = placed
+    motion[1:, 2] = rng.uniform(-np.pi, np.pi, params.num_boats)

@@ -1,0 +1,126 @@
+"""How good a policy is while it is trained: on development seeds, as the comparison runs it."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from asv_env.presets import make_params
+from baselines import runner
+from baselines.episodes import Episode
+from baselines.network import About, Layers, NetworkPolicy
+from train.config import Config
+
+
+@dataclass(frozen=True)
+class Score:
+    """Of one policy in one group of worlds; a row of ``curve.csv``.
+
+    Attributes:
+        timesteps: of single boats, at which it was trained.
+        seconds: of training until then, warm start and evaluations included.
+        num_boats: of the team.
+        scenario: what disturbed the worlds.
+        episodes: number of them.
+        success: share that was done in time.
+        median_time: of those, s.
+        position_error: of those at the end, median, m.
+        heading_error: of those at the end, median of the size, rad.
+        penalised_time: mean over all, with twice the time limit for a failure, s.
+    """
+
+    timesteps: int
+    seconds: float
+    num_boats: int
+    scenario: str
+    episodes: int
+    success: float
+    median_time: float
+    position_error: float
+    heading_error: float
+    penalised_time: float
+
+
+COLUMNS = [f.name for f in fields(Score)]
+
+
+def evaluate(layers: Layers, about: About, config: Config, now: tuple[int, float]) -> list[Score]:
+    """Scores of a policy in all groups of worlds of a run.
+
+    Args:
+        layers: of the policy.
+        about: what it was made for.
+        config: of the run.
+        now: timesteps and seconds of the training.
+    """
+    scores = []
+    for team, scenario in product(config.teams, config.scenarios):
+        params = make_params(config.task, team, scenario)
+        episodes = run(layers, about, params, config)
+        scores.append(score(episodes, params, scenario, now))
+    return scores
+
+
+def run(layers: Layers, about: About, params: EnvParams, config: Config) -> list[Episode]:
+    """Episodes of a policy on the development seeds."""
+    seeds = range(config.eval_seed, config.eval_seed + config.eval_episodes)
+    tracks = runner.run(lambda p: NetworkPolicy(layers, about, p), params, seeds, len(seeds))
+    return [track.episode for track in tracks]
+
+
+def score(
+    episodes: Sequence[Episode], params: EnvParams, scenario: str, now: tuple[int, float]
+) -> Score:
+    """What episodes of one group amount to."""
+    done = [one for one in episodes if one.success]
+    late = 2 * params.time_limit_ticks / params.clock.control
+    return Score(
+        timesteps=now[0],
+        seconds=round(now[1], 1),
+        num_boats=params.num_boats,
+        scenario=scenario,
+        episodes=len(episodes),
+        success=len(done) / len(episodes),
+        median_time=_median([one.duration for one in done]),
+        position_error=_median([one.position_error for one in done]),
+        heading_error=_median([abs(one.heading_error or 0.0) for one in done]),
+        penalised_time=float(np.mean([one.duration if one.success else late for one in episodes])),
+    )
+
+
+def _median(values: Sequence[float | None]) -> float:
+    numbers = [value for value in values if value is not None]
+    return round(float(np.median(numbers)), 5) if numbers else float("nan")
+
+
+def merit(scores: Sequence[Score]) -> float:
+    """By which the best policy of a run is chosen: less is better, s."""
+    return float(np.mean([one.penalised_time for one in scores]))
+
+
+def append(file: Path, scores: Sequence[Score]) -> None:
+    """Adds rows to ``curve.csv``."""
+    fresh = not file.exists()
+    with file.open("a", newline="", encoding="utf-8") as out:
+        writer = csv.DictWriter(out, COLUMNS)
+        if fresh:
+            writer.writeheader()
+        writer.writerows(asdict(one) for one in scores)
+
+
+def cut(file: Path, timesteps: int) -> None:
+    """Drops what ``curve.csv`` says of later than ``timesteps``: it will be learned again."""
+    if not file.exists():
+        return
+    with file.open(newline="", encoding="utf-8") as text:
+        rows = [row for row in csv.DictReader(text) if int(row["timesteps"]) <= timesteps]
+    with file.open("w", newline="", encoding="utf-8") as out:
+        writer = csv.DictWriter(out, COLUMNS)
+        writer.writeheader()
+        writer.writerows(rows)

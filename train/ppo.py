@@ -1,0 +1,299 @@
+"""The engine sb3: a warm start by imitation, then PPO of stable-baselines3.
+
+At every checkpoint the worlds are made anew, from seeds that follow from how far the training has
+come. A run that goes on from a checkpoint therefore does what it would have done if nobody had
+stopped it, to the bit, on the same machine with the same number of threads.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from typing import Any
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.utils import set_random_seed
+from tqdm import tqdm
+
+from asv_env.presets import make_params
+from baselines import network
+from baselines.network import Layers, NetworkPolicy
+from train import evaluation, networks, tracking
+from train.config import SEEDS_OF_A_RUN, Config
+from train.imitation import check_recorded, imitate
+from train.run import BEST, TENSORBOARD, Run, write
+from train.worlds import Worlds
+
+LEAST_RATE = 0.1
+"""Share of the learning rates that is left at the end where they fall."""
+STEP = 1.3
+"""Factor by which the actor's learning rate is adapted."""
+BAND = 1.5
+"""Factor from its target within which the divergence of an update is left alone."""
+RATES = (1e-6, 1e-3)
+"""Smallest and largest learning rate of the actor."""
+
+
+class Learner(PPO):
+    """PPO whose actor and critic have learning rates of their own.
+
+    Adam's steps are as large however small a gradient is, and what a step of the actor does to
+    its actions has to be small beside their noise. So its learning rate follows the divergence
+    of the updates. In the first updates only the critic learns: it has to judge the actor that
+    there is before the actor follows it.
+
+    Attributes:
+        config: of the run.
+        actor_rate: learning rate of the actor.
+        seconds: of training so far, over all parts of the run.
+        best: merit of the best policy so far, s.
+        chance: states of the random generators at the checkpoint.
+    """
+
+    config: Config
+    actor_rate: float
+    seconds = 0.0
+    best = float("inf")
+    chance: Any = None
+
+    @classmethod
+    def made(cls, config: Config, worlds: Worlds) -> Learner:
+        """An untrained one."""
+        set_random_seed(config.first_seed % 2**32)
+        rows = config.num_steps * worlds.num_envs
+        learner = cls(
+            networks.policy_class(config),
+            worlds,
+            learning_rate=config.learning_rate,
+            n_steps=config.num_steps,
+            batch_size=-(-rows // config.num_minibatches),
+            n_epochs=config.update_epochs,
+            gamma=config.gamma,
+            gae_lambda=config.gae_lambda,
+            clip_range=config.clip_coef,
+            ent_coef=config.ent_coef,
+            vf_coef=config.vf_coef,
+            max_grad_norm=config.max_grad_norm,
+            target_kl=config.target_kl,
+            policy_kwargs=networks.policy_options(config),
+            device="cpu",
+        )
+        learner.config, learner.actor_rate = config, config.actor_learning_rate
+        return learner
+
+    def _setup_model(self) -> None:
+        super()._setup_model()
+        critic = [one for name, one in self.policy.named_parameters() if "value" in name]
+        actor = [one for name, one in self.policy.named_parameters() if "value" not in name]
+        self.policy.optimizer = torch.optim.Adam(
+            [{"params": actor}, {"params": critic}], self.lr_schedule(1.0), eps=1e-5
+        )
+
+    def _update_learning_rate(self, optimizers: Any) -> None:
+        waits = self._n_updates < self.config.critic_updates * self.n_epochs
+        actor, critic = self.policy.optimizer.param_groups
+        actor["lr"] = (
+            0.0 if waits else self.actor_rate * (1.0 if self.config.adapt_kl else self.left)
+        )
+        critic["lr"] = self.config.learning_rate * self.left
+        self.logger.record("train/actor_learning_rate", actor["lr"])
+        self.logger.record("train/critic_learning_rate", critic["lr"])
+
+    @property
+    def left(self) -> float:
+        """Share of the learning rates now."""
+        return max(LEAST_RATE, self._current_progress_remaining) if self.config.anneal_lr else 1.0
+
+    def train(self) -> None:
+        """An update, after which the actor's learning rate follows the divergence."""
+        waits = self._n_updates < self.config.critic_updates * self.n_epochs
+        super().train()
+        if waits or self.config.adapt_kl is None:
+            return
+        share = self.logger.name_to_value["train/approx_kl"] / (self.config.adapt_kl * self.left)
+        if share > BAND:
+            self.actor_rate = max(self.actor_rate / STEP, RATES[0])
+        elif share < 1 / BAND:
+            self.actor_rate = min(self.actor_rate * STEP, RATES[1])
+
+    def draw_as_at(self, chance: Any) -> None:
+        """Puts the random generators into the states of a checkpoint."""
+        plain, numpy_state, torch_state = chance
+        random.setstate(plain)
+        np.random.set_state(numpy_state)  # noqa: NPY002 (stable-baselines3 draws from it)
+        torch.set_rng_state(torch_state)
+
+
+def drawn() -> Any:
+    """States of the random generators from which stable-baselines3 draws."""
+    return random.getstate(), np.random.get_state(), torch.get_rng_state()  # noqa: NPY002
+
+
+class Keeper(BaseCallback):
+    """Evaluates, saves, renews the worlds and shows progress, between updates.
+
+    Args:
+        run: with the folder.
+        worlds: of the training.
+        bar: of the timesteps.
+    """
+
+    model: Learner
+
+    def __init__(self, run: Run, worlds: Worlds, bar: tqdm) -> None:
+        super().__init__()
+        self._run, self._worlds, self._bar = run, worlds, bar
+        self._resumed = -1
+        self._since = time.monotonic()
+
+    def resume(self, timesteps: int) -> None:
+        """Says at which checkpoint the training goes on: nothing is evaluated there again."""
+        self._resumed = timesteps
+
+    def _on_step(self) -> bool:
+        self._bar.update(self.training_env.num_envs)
+        return True
+
+    def _on_rollout_start(self) -> None:
+        config, now = self._run.config, self.model.num_timesteps
+        rollout = self.training_env.num_envs * config.num_steps
+        evaluates = _passed(now, rollout, config.eval_every)
+        if now != self._resumed:
+            if evaluates:
+                self.evaluate()
+            if evaluates or _passed(now, rollout, config.checkpoint_every):
+                self.save()
+        if evaluates or _passed(now, rollout, config.checkpoint_every):
+            renewals = now // rollout
+            seed = config.first_seed + renewals * self.training_env.num_envs % SEEDS_OF_A_RUN
+            observation = self._worlds.renew(now / config.total_timesteps, seed)
+            self.model._last_obs = observation
+            self.model._last_episode_starts = np.ones(self.training_env.num_envs, dtype=bool)
+
+    def evaluate(self) -> None:
+        """Scores the policy as it is, and keeps it if it is the best so far."""
+        model, run = self.model, self._run
+        layers = networks.layers_of(model.policy)
+        self._count_time()
+        now = (model.num_timesteps, model.seconds)
+        scores = evaluation.evaluate(layers, run.about({}), run.config, now)
+        self._count_time()
+        evaluation.append(run.curve, scores)
+        card = self.card(scores)
+        if evaluation.merit(scores) < model.best:
+            model.best = evaluation.merit(scores)
+            write(run.folder / f"{BEST}.zip", model.save)
+            run.save_policy(f"{BEST}.npz", layers, card)
+        run.save_policy("policy.npz", layers, card)
+        for one in scores:
+            group = f"evaluation/{one.num_boats}_{one.scenario}"
+            model.logger.record(f"{group}_success", one.success)
+            model.logger.record(f"{group}_time", one.median_time)
+        success = float(np.mean([one.success for one in scores]))
+        self._bar.set_postfix_str(
+            f"success {success:.0%}, {np.mean([one.median_time for one in scores]):.1f} s"
+        )
+
+    def card(self, scores: list[evaluation.Score]) -> dict[str, Any]:
+        """What a policy file says of where it comes from."""
+        return {
+            "options": self._run.config.learned(),
+            "timesteps": self.model.num_timesteps,
+            "training_seeds": [
+                self._run.config.first_seed,
+                self._run.config.first_seed + SEEDS_OF_A_RUN - 1,
+            ],
+            "development": [vars(one) for one in scores],
+        }
+
+    def save(self) -> None:
+        """Writes the checkpoint."""
+        self._count_time()
+        self.model.chance = drawn()
+        write(self._run.checkpoint, self.model.save)
+
+    def _count_time(self) -> None:
+        now = time.monotonic()
+        self.model.seconds += now - self._since
+        self._since = now
+
+
+def _passed(now: int, rollout: int, every: int) -> bool:
+    """Whether the last rollout has reached a multiple of ``every``, or there was none yet."""
+    return now // every > (now - rollout) // every
+
+
+def begin(learner: Learner, config: Config, start: Layers | None) -> None:
+    """Gives an untrained learner what it begins with: weights of a file, then imitation."""
+    if start is not None:
+        networks.put_layers(learner.policy, start)
+    if config.imitation_rounds:
+        rounds = config.imitation_rounds
+        with tqdm(total=rounds, unit=" round", desc="imitation", file=sys.stderr) as bar:
+            imitate(networks.actor(learner.policy), config, bar)
+
+
+def initial_layers(config: Config) -> Layers | None:
+    """Of the policy file with which learning begins, if there is one.
+
+    Raises:
+        ValueError: a policy of another task, kind of action or version of the observation, or of
+            another activation.
+        FileNotFoundError: there is no such file.
+    """
+    if config.init_from is None:
+        return None
+    layers, about = network.read(config.init_from)
+    try:
+        NetworkPolicy(layers, about, make_params(config.task))
+    except ValueError as error:
+        raise ValueError(f"--init-from {config.init_from}: {error}") from error
+    if about.activation != config.activation:
+        raise ValueError(
+            f"--init-from {config.init_from}: its activation is {about.activation!r}: train with "
+            f"--activation {about.activation}"
+        )
+    return layers
+
+
+def train(config: Config) -> None:
+    """Trains, from the beginning or from the checkpoint that is there.
+
+    Raises:
+        ValueError, OSError: something of what was asked for does not go; see ``Run.open``.
+    """
+    torch.set_num_threads(config.torch_threads)
+    start = initial_layers(config)
+    check_recorded(config)
+    run = Run(config)
+    run.open()
+    with tracking.tracked(config, run.folder):
+        worlds = Worlds(config)
+        resumes = run.checkpoint.exists()
+        if resumes:
+            learner = Learner.load(run.checkpoint, env=worlds, device="cpu")
+        else:
+            learner = Learner.made(config, worlds)
+        learner.set_logger(configure(str(run.folder / TENSORBOARD), ["tensorboard"]))
+        total, done = config.total_timesteps, learner.num_timesteps
+        with tqdm(
+            total=total, initial=done, unit=" steps", unit_scale=True, desc="PPO", file=sys.stderr
+        ) as bar:
+            keeper = Keeper(run, worlds, bar)
+            keeper.init_callback(learner)
+            if resumes:
+                evaluation.cut(run.curve, done)
+                learner.draw_as_at(learner.chance)
+                keeper.resume(done)
+            else:
+                begin(learner, config, start)
+            if done < total:
+                learner.learn(total - done, keeper, reset_num_timesteps=False)
+                keeper.evaluate()
+                keeper.save()
+        worlds.close()

@@ -1,0 +1,168 @@
+"""The folder of a run: what was asked for, by which code, and how far it has come.
+
+==================  =============================================================================
+``config.json``     options, and by which code, libraries and machine
+``checkpoint.zip``  all that the training needs to go on
+``curve.csv``       how good the policy was, evaluation by evaluation
+``best.npz``        policy file of the best of them
+``best.zip``        the same, as the engine saves it
+``policy.npz``      policy file of the last
+``tensorboard``     what the engine logs
+==================  =============================================================================
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from asv_env import observation
+from baselines import network, provenance
+from baselines.network import About, Layers
+from train.config import Config
+
+LIBRARIES = {
+    "sb3": ("numpy", "scipy", "pymunk", "gymnasium", "stable-baselines3", "torch"),
+    "rllib": ("numpy", "scipy", "pymunk", "gymnasium", "ray", "torch"),
+}
+OWN = (
+    "config.json",
+    "checkpoint.zip",
+    "checkpoint",
+    "curve.csv",
+    "best.npz",
+    "best.zip",
+    "policy.npz",
+)
+TENSORBOARD, BEST = "tensorboard", "best"
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run's folder.
+
+    Attributes:
+        config: of the run.
+    """
+
+    config: Config
+
+    @property
+    def folder(self) -> Path:
+        """Where it is."""
+        return self.config.folder
+
+    @property
+    def checkpoint(self) -> Path:
+        """File from which the training goes on."""
+        return self.folder / "checkpoint.zip"
+
+    @property
+    def curve(self) -> Path:
+        """File of the evaluations."""
+        return self.folder / "curve.csv"
+
+    def open(self) -> None:
+        """Begins the run, or goes on with the one that is there.
+
+        Raises:
+            ValueError: the folder holds another run, or one that this code cannot go on with.
+            FileExistsError: it holds something else.
+        """
+        file = self.folder / "config.json"
+        if self.config.overwrite:
+            self._clear()
+        elif file.exists():
+            self._check(json.loads(file.read_text(encoding="utf-8")))
+            return
+        elif self.folder.exists() and any(self.folder.iterdir()):
+            raise FileExistsError(
+                f"{self.folder} holds something else than a run: choose another folder with --out"
+            )
+        self.folder.mkdir(parents=True, exist_ok=True)
+        told = {"options": self.config.learned(), **self._versions(), **_made_by(self.config)}
+        write(file, lambda part: part.write_text(json.dumps(told, indent=2) + "\n"))
+
+    def _clear(self) -> None:
+        for name in (*OWN, TENSORBOARD):
+            path = self.folder / name
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+
+    def _versions(self) -> dict[str, Any]:
+        return {"observation_version": observation.VERSION}
+
+    def _check(self, told: dict[str, Any]) -> None:
+        """Refuses to go on with a run that is not this one."""
+        remedy = "choose another folder with --out, or begin anew with --overwrite"
+        if told.get("observation_version") != observation.VERSION:
+            raise ValueError(
+                f"{self.folder} was trained on version {told.get('observation_version')} of the "
+                f"observation, this is version {observation.VERSION}: {remedy}"
+            )
+        before, now = told.get("options", {}), self.config.learned()
+        changed = [
+            f"{name} was {before.get(name)!r} and is {now.get(name)!r}"
+            for name in dict.fromkeys([*before, *now])
+            if before.get(name) != now.get(name)
+        ]
+        if changed:
+            raise ValueError(
+                f"{self.folder} holds a run with other options ({'; '.join(changed)}): {remedy}"
+            )
+
+    def save_policy(self, name: str, layers: Layers, card: dict[str, Any]) -> Path:
+        """Writes a policy file into the folder."""
+        path = self.folder / name
+        write(path, lambda part: network.save(part, layers, self.about(card)))
+        return path
+
+    def about(self, card: dict[str, Any]) -> About:
+        """What a policy of this run is made for."""
+        return About(
+            tasks=(self.config.task,),
+            activation=self.config.activation,
+            decide_every=self.config.decide_every,
+            card=card,
+        )
+
+
+def write(path: Path, save: Callable[[Path], object]) -> None:
+    """Writes a file all at once: whoever looks, or is killed, finds the old one or the new one."""
+    part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")
+    try:
+        save(part)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _made_by(config: Config) -> dict[str, Any]:
+    return {
+        "code": provenance.code(),
+        "revision": revision(),
+        "libraries": provenance.versions(LIBRARIES[config.engine]),
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+    }
+
+
+def revision() -> str | None:
+    """Of git, marked where files differ from it; None where there is none."""
+    command = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        told = subprocess.run(
+            command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    return told.stdout.strip()
