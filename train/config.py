@@ -39,7 +39,7 @@ class Config:
         init_from: policy file (.npz) with whose weights the actor begins.
         demonstrations: folder of recorded episodes that are imitated too.
         num_envs: worlds side by side, shared out over teams and scenarios.
-        teams: numbers of boats, mixed.
+        teams: numbers of boats, mixed; one that is named twice gets twice the worlds.
         scenarios: what disturbs the worlds, mixed.
         decision_rate: of the policy, Hz.
         time_limit: of an episode in training, s for a vessel of 0.40 m; the task's by default.
@@ -92,7 +92,7 @@ class Config:
     init_from: Path | None = None
     demonstrations: Path | None = None
 
-    num_envs: int = 128
+    num_envs: int = 192
     teams: tuple[int, ...] = (4,)
     scenarios: tuple[str, ...] = ("noisy",)
     decision_rate: int = 5
@@ -115,7 +115,7 @@ class Config:
     num_steps: int = 64
     num_minibatches: int = 8
     update_epochs: int = 4
-    gamma: float = 0.99
+    gamma: float = 0.996
     gae_lambda: float = 0.95
     clip_coef: float = 0.2
     ent_coef: float = 0.0
@@ -211,7 +211,12 @@ def _plain(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-PRESETS: dict[str, Config] = {}
+PRESETS = {
+    "approach": Config(task="approach", imitation_time=40.0),
+    "push": Config(task="push"),
+    "transport": Config(task="transport", imitation_time=120.0),
+}
+"""Where to begin, by task."""
 
 
 def parse(arguments: Sequence[str] | None = None) -> Config:
@@ -220,15 +225,8 @@ def parse(arguments: Sequence[str] | None = None) -> Config:
     Exits with a message where something is wrong.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
-    try:
-        return tyro.cli(Config, default=preset(_task(given)), args=given, prog="python -m train")
-    except ValueError as error:
-        sys.exit(f"python -m train: {error}")
-
-
-def preset(task: str) -> Config:
-    """What a task presets; for an unknown one, the general defaults."""
-    return PRESETS.get(task, Config())
+    default = PRESETS.get(_task(given), Config())
+    return tyro.cli(Config, default=default, args=given, prog="python -m train")
 
 
 def _task(arguments: Sequence[str]) -> str:

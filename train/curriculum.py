@@ -8,11 +8,13 @@ progress of the training alone, so that a run that was stopped goes on where it 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from asv_env import scenarios
-from asv_env.params import EnvParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams
+from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.types import Float, Start
 from baselines.scripted import ScriptedPolicy
@@ -26,6 +28,16 @@ LARGEST_STARTS = 4096
 """Number of midway states that are kept."""
 KEEP_EVERY = 10
 """Control ticks between two states that are kept."""
+
+
+def training_params(config: Config, team: int, scenario: str) -> EnvParams:
+    """Parameters of the worlds of a group, which advance by one decision at a time."""
+    limits: dict[str, Any] = {}
+    if config.time_limit is not None:
+        length = make_params(config.task, team, scenario).vessel.length
+        limits["time_limit"] = config.time_limit * length / NOMINAL_LENGTH
+    clock = {"control": config.decision_rate}
+    return make_params(config.task, team, scenario, clock=clock, **limits)
 
 
 def grown(params: EnvParams, share: float) -> EnvParams:

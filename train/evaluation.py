@@ -60,7 +60,7 @@ def evaluate(layers: Layers, about: About, config: Config, now: tuple[int, float
         now: timesteps and seconds of the training.
     """
     scores = []
-    for team, scenario in product(config.teams, config.scenarios):
+    for team, scenario in dict.fromkeys(product(config.teams, config.scenarios)):
         params = make_params(config.task, team, scenario)
         episodes = run(layers, about, params, config)
         scores.append(score(episodes, params, scenario, now))

@@ -23,9 +23,9 @@ from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
 from baselines.evaluate import recording
-from baselines.scripted import ScriptedPolicy
 from train.config import Config
 from train.curriculum import Starts
+from train.teacher import HastyPolicy
 
 TEACHES = 0.6
 """Share of the worlds in which the teacher acts, from round to round."""
@@ -102,7 +102,7 @@ def _watched(
 ) -> Pairs:
     params = make_params(config.task, *group)
     simulation = Simulation(params, len(seeds), draw=Starts(config))
-    teacher, memory = ScriptedPolicy(params), None
+    teacher, memory = HastyPolicy(params), None
     rng = np.random.default_rng(seeds.start)
     seen = simulation.reset(seeds=list(seeds))
     fresh = np.ones(len(seeds), dtype=np.bool_)

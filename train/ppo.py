@@ -20,13 +20,11 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.utils import set_random_seed
 from tqdm import tqdm
 
-from asv_env.presets import make_params
-from baselines import network
-from baselines.network import Layers, NetworkPolicy
+from baselines.network import Layers
 from train import evaluation, networks, tracking
 from train.config import SEEDS_OF_A_RUN, Config
 from train.imitation import check_recorded, imitate
-from train.run import BEST, TENSORBOARD, Run, write
+from train.run import BEST, TENSORBOARD, Run, initial_layers, write
 from train.worlds import Worlds
 
 LEAST_RATE = 0.1
@@ -37,6 +35,7 @@ BAND = 1.5
 """Factor from its target within which the divergence of an update is left alone."""
 RATES = (1e-6, 1e-3)
 """Smallest and largest learning rate of the actor."""
+BAR: dict[str, Any] = {"unit": " steps", "unit_scale": True, "desc": "PPO", "file": sys.stderr}
 
 
 class Learner(PPO):
@@ -141,19 +140,15 @@ class Keeper(BaseCallback):
         run: with the folder.
         worlds: of the training.
         bar: of the timesteps.
+        resumed: timesteps of the checkpoint from which the run goes on; None for a new run.
     """
 
     model: Learner
 
-    def __init__(self, run: Run, worlds: Worlds, bar: tqdm) -> None:
+    def __init__(self, run: Run, worlds: Worlds, bar: tqdm, resumed: int | None) -> None:
         super().__init__()
-        self._run, self._worlds, self._bar = run, worlds, bar
-        self._resumed = -1
+        self._run, self._worlds, self._bar, self._resumed = run, worlds, bar, resumed
         self._since = time.monotonic()
-
-    def resume(self, timesteps: int) -> None:
-        """Says at which checkpoint the training goes on: nothing is evaluated there again."""
-        self._resumed = timesteps
 
     def _on_step(self) -> bool:
         self._bar.update(self.training_env.num_envs)
@@ -163,17 +158,16 @@ class Keeper(BaseCallback):
         config, now = self._run.config, self.model.num_timesteps
         rollout = self.training_env.num_envs * config.num_steps
         evaluates = _passed(now, rollout, config.eval_every)
-        if now != self._resumed:
+        if not (evaluates or _passed(now, rollout, config.checkpoint_every)):
+            return
+        if now != self._resumed:  # else that was done before the run was stopped
             if evaluates:
                 self.evaluate()
-            if evaluates or _passed(now, rollout, config.checkpoint_every):
-                self.save()
-        if evaluates or _passed(now, rollout, config.checkpoint_every):
-            renewals = now // rollout
-            seed = config.first_seed + renewals * self.training_env.num_envs % SEEDS_OF_A_RUN
-            observation = self._worlds.renew(now / config.total_timesteps, seed)
-            self.model._last_obs = observation
-            self.model._last_episode_starts = np.ones(self.training_env.num_envs, dtype=bool)
+            self.save()
+        rows = self.training_env.num_envs
+        seed = config.first_seed + now // rollout * rows % (SEEDS_OF_A_RUN - rows)
+        self.model._last_obs = self._worlds.renew(now / config.total_timesteps, seed)
+        self.model._last_episode_starts = np.ones(rows, dtype=bool)
 
     def evaluate(self) -> None:
         """Scores the policy as it is, and keeps it if it is the best so far."""
@@ -238,29 +232,6 @@ def begin(learner: Learner, config: Config, start: Layers | None) -> None:
             imitate(networks.actor(learner.policy), config, bar)
 
 
-def initial_layers(config: Config) -> Layers | None:
-    """Of the policy file with which learning begins, if there is one.
-
-    Raises:
-        ValueError: a policy of another task, kind of action or version of the observation, or of
-            another activation.
-        FileNotFoundError: there is no such file.
-    """
-    if config.init_from is None:
-        return None
-    layers, about = network.read(config.init_from)
-    try:
-        NetworkPolicy(layers, about, make_params(config.task))
-    except ValueError as error:
-        raise ValueError(f"--init-from {config.init_from}: {error}") from error
-    if about.activation != config.activation:
-        raise ValueError(
-            f"--init-from {config.init_from}: its activation is {about.activation!r}: train with "
-            f"--activation {about.activation}"
-        )
-    return layers
-
-
 def train(config: Config) -> None:
     """Trains, from the beginning or from the checkpoint that is there.
 
@@ -270,28 +241,25 @@ def train(config: Config) -> None:
     torch.set_num_threads(config.torch_threads)
     start = initial_layers(config)
     check_recorded(config)
+    tracking.check(config)
     run = Run(config)
     run.open()
     with tracking.tracked(config, run.folder):
-        worlds = Worlds(config)
-        resumes = run.checkpoint.exists()
-        if resumes:
+        worlds, began = Worlds(config), time.monotonic()
+        resumed = run.checkpoint.exists()
+        if resumed:
             learner = Learner.load(run.checkpoint, env=worlds, device="cpu")
+            learner.draw_as_at(learner.chance)
         else:
             learner = Learner.made(config, worlds)
+            begin(learner, config, start)
+        learner.seconds += time.monotonic() - began
+        done, total = learner.num_timesteps, config.total_timesteps
+        evaluation.cut(run.curve, done if resumed else -1)
         learner.set_logger(configure(str(run.folder / TENSORBOARD), ["tensorboard"]))
-        total, done = config.total_timesteps, learner.num_timesteps
-        with tqdm(
-            total=total, initial=done, unit=" steps", unit_scale=True, desc="PPO", file=sys.stderr
-        ) as bar:
-            keeper = Keeper(run, worlds, bar)
+        with tqdm(total=total, initial=done, **BAR) as bar:
+            keeper = Keeper(run, worlds, bar, done if resumed else None)
             keeper.init_callback(learner)
-            if resumes:
-                evaluation.cut(run.curve, done)
-                learner.draw_as_at(learner.chance)
-                keeper.resume(done)
-            else:
-                begin(learner, config, start)
             if done < total:
                 learner.learn(total - done, keeper, reset_num_timesteps=False)
                 keeper.evaluate()

@@ -24,8 +24,9 @@ from pathlib import Path
 from typing import Any
 
 from asv_env import observation
+from asv_env.presets import make_params
 from baselines import network, provenance
-from baselines.network import About, Layers
+from baselines.network import About, Layers, NetworkPolicy
 from train.config import Config
 
 LIBRARIES = {
@@ -134,6 +135,29 @@ class Run:
             decide_every=self.config.decide_every,
             card=card,
         )
+
+
+def initial_layers(config: Config) -> Layers | None:
+    """Of the policy file with which learning begins, if there is one.
+
+    Raises:
+        ValueError: a policy of another task, kind of action or version of the observation, or of
+            another activation.
+        FileNotFoundError: there is no such file.
+    """
+    if config.init_from is None:
+        return None
+    layers, about = network.read(config.init_from)
+    try:
+        NetworkPolicy(layers, about, make_params(config.task))
+    except ValueError as error:
+        raise ValueError(f"--init-from {config.init_from}: {error}") from error
+    if about.activation != config.activation:
+        raise ValueError(
+            f"--init-from {config.init_from}: its activation is {about.activation!r}: train with "
+            f"--activation {about.activation}"
+        )
+    return layers
 
 
 def write(path: Path, save: Callable[[Path], object]) -> None:

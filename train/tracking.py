@@ -5,22 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from train.config import Config
 
 
 @contextmanager
 def tracked(config: Config, folder: Path) -> Iterator[None]:
-    """Sends what goes to TensorBoard to Weights & Biases too, while the block runs.
-
-    Raises:
-        ImportError: wandb is not installed.
-    """
+    """Sends what goes to TensorBoard to Weights & Biases too, while the block runs."""
     if not config.track:
         yield
         return
-    wandb = tracker()
+    import wandb
+
     run = wandb.init(
         project=config.wandb_project_name,
         entity=config.wandb_entity,
@@ -35,14 +31,14 @@ def tracked(config: Config, folder: Path) -> Iterator[None]:
         run.finish()
 
 
-def tracker() -> Any:
-    """The module.
+def check(config: Config) -> None:
+    """Refuses to track without the tracker.
 
     Raises:
         ImportError: it is not installed.
     """
-    try:
-        import wandb
-    except ImportError as error:
-        raise ImportError("--track needs Weights & Biases: pip install wandb") from error
-    return wandb
+    if config.track:
+        try:
+            import wandb  # noqa: F401
+        except ImportError as error:
+            raise ImportError("--track needs Weights & Biases: pip install wandb") from error

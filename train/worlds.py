@@ -12,12 +12,11 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
-from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.presets import make_params
 from asv_env.sb3_env import BoatVecEnv
 from asv_env.types import Action
 from train.config import Config
-from train.curriculum import Midway, Starts, grown
+from train.curriculum import Midway, Starts, grown, training_params
 
 WATCHED = 64
 """Episodes of the scripted policy from which midway starts are taken."""
@@ -151,16 +150,6 @@ class Worlds(VecEnv):
     ) -> list[bool]:
         """As if every row had a Monitor, see ``BoatVecEnv``."""
         return [issubclass(Monitor, wrapper_class) for _ in self._get_indices(indices)]
-
-
-def training_params(config: Config, team: int, scenario: str) -> EnvParams:
-    """Parameters of the worlds of a group, which advance by one decision at a time."""
-    limits: dict[str, Any] = {}
-    if config.time_limit is not None:
-        length = make_params(config.task, team, scenario).vessel.length
-        limits["time_limit"] = config.time_limit * length / NOMINAL_LENGTH
-    clock = {"control": config.decision_rate}
-    return make_params(config.task, team, scenario, clock=clock, **limits)
 
 
 def _joined(parts: Sequence[Any]) -> Any:

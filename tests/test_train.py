@@ -1,0 +1,419 @@
+"""``python -m train``: it learns, stops and goes on, and what it leaves is what it says."""
+
+import io
+import json
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import types
+from contextlib import redirect_stderr
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from asv_env import Simulation, make_params, observation
+from baselines import evaluate, network
+from baselines.evaluate import recording
+from baselines.evaluate.results import read_csv
+from baselines.sb3_policy import Sb3Policy
+from train import evaluation, export, imitation, networks, run
+from train.__main__ import main
+from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
+from train.curriculum import Midway, Starts, grown
+from train.ppo import Learner
+from train.worlds import Worlds
+
+ROOT = Path(__file__).parents[1]
+TINY_OPTIONS = """
+    --num-envs 8 --num-steps 16 --num-minibatches 2 --update-epochs 2 --hidden 16 16
+    --time-limit 5 --imitation-rounds 1 --imitation-worlds 4 --imitation-time 3
+    --imitation-steps 20 --critic-updates 1 --total-timesteps 4096 --checkpoint-every 1024
+    --eval-every 2048 --eval-episodes 2 --torch-threads 1
+"""
+TINY = TINY_OPTIONS.split()
+"""Options of a training that is over in seconds; 512 timesteps an update."""
+
+
+def tiny(**options):
+    return replace(parse(TINY), **options)
+
+
+def train(folder, *options):
+    main([*TINY, "--out", str(folder), *options])
+
+
+def refusal(*options):
+    """With what a command exits; several lines are joined."""
+    said = io.StringIO()
+    with pytest.raises(SystemExit) as exit, redirect_stderr(said):
+        main([*TINY, *map(str, options)])
+    return " ".join(f"{exit.value} {said.getvalue()}".replace("│", " ").split())
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("train") / "run"
+    train(folder)
+    return folder
+
+
+def actor_of(folder):
+    return network.read(folder / "policy.npz")[0]
+
+
+def same(layers, others):
+    pairs = zip(layers, others, strict=True)
+    return all(np.array_equal(a, b) for one, two in pairs for a, b in zip(one, two, strict=True))
+
+
+# ------------------------------------------------------------------ what a run leaves
+
+
+def test_a_run_leaves_its_files(trained):
+    left = {path.name for path in trained.iterdir()}
+    assert left == {
+        *("config.json", "checkpoint.zip", "curve.csv", "best.npz", "best.zip", "policy.npz"),
+        "tensorboard",
+    }
+    told = json.loads((trained / "config.json").read_text())
+    assert told["options"]["num_envs"] == 8
+    assert told["observation_version"] == observation.VERSION
+    assert {"code", "revision", "libraries", "python"} <= told.keys()
+    assert list((trained / "tensorboard").iterdir())
+
+
+def test_the_curve_has_a_row_for_each_evaluation(trained):
+    rows = np.genfromtxt(trained / "curve.csv", delimiter=",", names=True, dtype=None)
+    assert rows["timesteps"].tolist() == [0, 2048, 4096]
+    assert (np.diff(rows["seconds"]) > 0).all()
+
+
+def test_the_policy_file_acts_as_the_model_does(trained):
+    params = make_params("push")
+    saved = Sb3Policy(trained / "best.zip", params)
+    policy = network.load(trained / "best.npz", params)
+    simulation = Simulation(params, 8)
+    seen, fresh = simulation.reset(seeds=list(range(8))), np.ones(8, dtype=bool)
+    for _ in range(20):
+        action = policy.forward(seen)
+        wanted, _ = saved.act(simulation.sensed, seen, None, fresh)
+        np.testing.assert_allclose(action, wanted, atol=1e-5)
+        assert np.abs(action).max() > 1e-3
+        seen = simulation.step(action).observation
+
+
+def test_export_writes_the_best_policy_and_refuses_what_is_not_it(trained, tmp_path, capsys):
+    file = tmp_path / "mine.npz"
+    export.main([str(trained), str(file)])
+    assert same(network.read(file)[0], network.read(trained / "best.npz")[0])
+    assert "the same to" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        export.main([str(trained), str(file)])
+    assert "exists" in capsys.readouterr().err
+    other = tmp_path / "other"
+    shutil.copytree(trained, other)
+    layers, about = network.read(other / "best.npz")
+    network.save(other / "best.npz", [(weight + 0.01, bias) for weight, bias in layers], about)
+    with pytest.raises(SystemExit):
+        export.main([str(other), str(tmp_path / "no.npz")])
+    assert "differ by up to" in capsys.readouterr().err
+    assert not (tmp_path / "no.npz").exists()
+
+
+def test_what_was_learned_takes_part_in_the_comparison(trained, tmp_path):
+    words = f"scripted one={trained / 'best.npz'}"
+    options = f"--task push --episodes 2 --workers 0 --out {tmp_path / 'out'}"
+    evaluate.main(["--policies", *words.split(), *options.split()])
+    assert [row.policy for row in read_csv(tmp_path / "out/episodes.csv")].count("one") == 2
+
+
+# ------------------------------------------------------------------ stopping and going on
+
+
+@pytest.mark.parametrize("evaluations", [1, 2])
+def test_a_run_that_is_killed_goes_on_to_the_bit(evaluations, trained, tmp_path):
+    folder = tmp_path / "run"
+    command = [sys.executable, "-m", "train", *TINY, "--out", str(folder)]
+    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL)
+    try:
+        while len(_timesteps(folder / "curve.csv")) < evaluations:
+            assert process.poll() is None
+            time.sleep(0.02)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    assert len(_timesteps(folder / "curve.csv")) < 3
+    train(folder)
+    assert _timesteps(folder / "curve.csv") == [0, 2048, 4096]
+    assert same(actor_of(folder), actor_of(trained))
+
+
+def _timesteps(file):
+    if not file.exists():
+        return []
+    return [int(line.split(",")[0]) for line in file.read_text().splitlines()[1:]]
+
+
+def test_a_run_that_is_over_is_left_alone(trained):
+    before = {path: path.read_bytes() for path in trained.iterdir() if path.is_file()}
+    train(trained)
+    assert {path: path.read_bytes() for path in before} == before
+
+
+def test_another_seed_learns_something_else(trained, tmp_path):
+    train(tmp_path / "run", "--seed", "1")
+    assert not same(actor_of(tmp_path / "run"), actor_of(trained))
+
+
+def test_a_central_critic_changes_what_the_critic_sees_alone(tmp_path):
+    train(tmp_path / "run", "--critic", "central")
+    learner = Learner.load(tmp_path / "run/checkpoint.zip", device="cpu")
+    widths = [one.in_features for one in networks.linear_layers(learner.policy)]
+    state = learner.observation_space["state"].shape[0]
+    assert widths[0] == len(observation.NAMES)
+    assert learner.policy.mlp_extractor.value_net[0].in_features == widths[0] + state
+    assert network.load(tmp_path / "run/best.npz", make_params("push"))
+
+
+# ------------------------------------------------------------------ what is refused
+
+
+def test_a_changed_configuration_is_refused(trained):
+    assert "gamma was 0.996 and is 0.9" in refusal("--out", trained, "--gamma", 0.9)
+    assert "task was 'push' and is 'approach'" in refusal("--out", trained, "--task", "approach")
+
+
+def test_another_version_of_the_observation_is_refused(trained, monkeypatch):
+    monkeypatch.setattr(observation, "VERSION", observation.VERSION + 1)
+    assert f"trained on version {observation.VERSION - 1}" in refusal("--out", trained)
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    (tmp_path / "thesis.tex").write_text("precious")
+    assert "something else" in refusal("--out", tmp_path)
+
+
+def test_overwriting_begins_anew(trained, tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(trained, folder)
+    train(folder, "--overwrite", "--total-timesteps", "1024", "--eval-every", "1024")
+    assert _timesteps(folder / "curve.csv") == [0, 1024]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--eval-seed", "5"], "seed 5 is not for development"),
+        (["--teams", "4", "101"], "101"),
+        (["--scenarios", "noise"], "Did you mean 'noisy'"),
+        (["--decision-rate", "4"], "must divide 10"),
+        (["--num-envs", "1", "--teams", "4", "6"], "at least a world each"),
+        (["--critic", "central", "--teams", "4", "6"], "train one team size"),
+        (["--gamma", "1.5"], "gamma = 1.5"),
+        (["--total-timesteps", "0"], "total_timesteps = 0"),
+        (["--init-from", "nowhere.npz"], "nowhere.npz"),
+        (["--demonstrations", "nowhere"], "no recorded episodes"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_anything_is_made(options, said, tmp_path):
+    assert said in refusal("--out", tmp_path / "run", *options)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_policy_of_another_task_is_no_beginning(trained, tmp_path):
+    options = ("--out", tmp_path / "run", "--task", "approach")
+    assert "for the task push" in refusal(*options, "--init-from", trained / "best.npz")
+
+
+def test_a_policy_file_is_a_beginning(trained, tmp_path):
+    learner = Learner.made(tiny(), Worlds(tiny()))
+    layers, _ = network.read(trained / "best.npz")
+    networks.put_layers(learner.policy, layers)
+    assert same(networks.layers_of(learner.policy), layers)
+    with pytest.raises(ValueError, match="--hidden"):
+        networks.put_layers(learner.policy, layers[1:])
+
+
+def test_a_missing_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "train.ppo", None)
+    for name in ("stable_baselines3", "wandb"):
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.delitem(sys.modules, "train.ppo")
+    monkeypatch.delitem(sys.modules, "train.networks")
+    assert "pip install -e '.[train]'" in refusal()
+
+
+def test_a_missing_tracker_is_named(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "wandb", None)
+    assert "pip install wandb" in refusal("--track", "--out", tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_tracker_hears_of_the_run(monkeypatch, tmp_path):
+    told = {}
+
+    def init(**options):
+        told.update(options)
+        return types.SimpleNamespace(finish=lambda: told.update(finished=True))
+
+    monkeypatch.setitem(sys.modules, "wandb", types.SimpleNamespace(init=init))
+    train(tmp_path / "run", "--track", "--total-timesteps", "512")
+    assert told["config"]["num_envs"] == 8
+    assert told["sync_tensorboard"]
+    assert told["finished"]
+
+
+# ------------------------------------------------------------------ recorded episodes
+
+
+@pytest.fixture(scope="module")
+def demonstrations(tmp_path_factory):
+    out = tmp_path_factory.mktemp("recorded")
+    for seed in (10**9, 5):
+        words = f"--task push --random-goals --seed {seed} --episodes 1 --record --workers 0"
+        evaluate.main([*words.split(), "--out", str(out / str(seed))])
+    return out
+
+
+def test_recorded_episodes_are_imitated(demonstrations):
+    config = tiny(demonstrations=demonstrations / str(10**9))
+    imitation.check_recorded(config)
+    ((seen, done),) = imitation.recorded(config)
+    trajectory, _ = recording.load(next(config.demonstrations.rglob("*.npz")))
+    assert len(seen) == len(done) == 4 * len(trajectory.action)
+
+
+def test_episodes_of_the_tests_are_not_learned_from(demonstrations, tmp_path):
+    options = ("--demonstrations", demonstrations / "5", "--out", tmp_path / "run")
+    assert "seed 5 is for test, not for training" in refusal(*options)
+    assert not (tmp_path / "run").exists()
+
+
+def test_episodes_of_another_task_are_not_learned_from(demonstrations):
+    options = ("--demonstrations", demonstrations / str(10**9), "--task", "transport")
+    assert "its task is 'push'" in refusal(*options)
+
+
+def test_imitation_comes_near_to_a_teacher_that_can_be_told_from_what_is_seen():
+    torch.manual_seed(0)
+    seen = torch.randn(4000, 5)
+    wanted = torch.tanh(seen[:, :2])
+    actor = torch.nn.Sequential(torch.nn.Linear(5, 64), torch.nn.ReLU(), torch.nn.Linear(64, 2))
+    optimizer = torch.optim.Adam(actor.parameters(), 1e-2)
+    shuffle = torch.Generator().manual_seed(0)
+    before = imitation.fit(actor, optimizer, seen, wanted, 1, shuffle)
+    assert imitation.fit(actor, optimizer, seen, wanted, 200, shuffle) < before / 10
+
+
+# ------------------------------------------------------------------ curriculum and worlds
+
+
+@given(share=st.floats(0, 1), scenario=st.sampled_from(["nominal", "noisy", "harsh"]))
+def test_what_grows_ends_where_the_task_is(share, scenario):
+    params = make_params("push", scenario=scenario)
+    assert grown(params, 1.0) == params
+    some = grown(params, share)
+    assert some.sensors.position_noise == share * params.sensors.position_noise
+    assert some.variation.mass == share * params.variation.mass
+    assert some.task.goal_distance[1] == share * params.task.goal_distance[1]
+
+
+def test_goals_are_nearer_and_boats_beside_the_hull_as_often_as_asked_for():
+    params, rng = make_params("transport"), np.random.default_rng(0)
+    starts = [Starts(tiny(near_goals=0.5, near_starts=0.25))(params, rng) for _ in range(400)]
+    near = [np.hypot(*start.goal[:2]) < params.task.goal_distance[0] for start in starts]
+    reach = np.array([np.abs(start.motion[1:, :2]).max() for start in starts])
+    assert 0.1 < np.mean(near) < 0.4  # a goal that is drawn nearer need not be that near
+    assert 0.15 < np.mean(reach < 0.6) < 0.4
+    assert all(len(np.unique(start.motion[1:, 0])) == 4 for start in starts)
+
+
+def test_boats_beside_the_hull_touch_nothing():
+    params = make_params("transport")
+    simulation = Simulation(params, 32, draw=Starts(tiny(near_starts=1.0)))
+    simulation.reset(seeds=range(32))
+    simulation.step(np.zeros((32, 4, 2)))
+    assert not simulation.state.touching.any()
+    assert np.abs(simulation.state.motion[:, 1:, :2]).max() < 0.62
+
+
+def test_episodes_begin_midway_in_scripted_ones():
+    params = make_params("push")
+    midway = Midway.watched(params, range(10**9, 10**9 + 2))
+    starts = Starts(tiny(midway_starts=1.0), midway)
+    start = starts(params, np.random.default_rng(0))
+    assert (start.motion == midway.motion).all(axis=(1, 2)).any()
+    moving = np.abs(midway.motion[:, 0, 3:]).max(axis=1) > 0
+    assert moving.mean() > 0.5
+
+
+def test_worlds_are_the_same_after_the_same_renewal():
+    config = tiny(teams=(4, 6), scenarios=("noisy", "mismatch"))
+    worlds = Worlds(config)
+    action = np.full((worlds.num_envs, 2), 0.5, dtype=np.float32)
+    assert worlds.num_envs == 2 * (2 * 4 + 2 * 6)
+
+    def begun(progress, seed):
+        seen = [worlds.renew(progress, seed)]
+        for _ in range(5):
+            seen.append(worlds.step(action)[0])
+        return np.array(seen)
+
+    first = begun(0.5, 10**9)
+    assert not np.array_equal(first, begun(0.5, 10**9 + 100))
+    assert np.array_equal(first, begun(0.5, 10**9))
+
+
+def test_the_state_for_a_central_critic_is_that_of_the_rows_own_world():
+    worlds = Worlds(tiny(critic="central"))
+    seen = worlds.renew(0.0, 10**9)
+    states = seen["state"].reshape(8, 4, -1)
+    assert (states == states[:, :1]).all()
+    assert len(np.unique(states[:, 0], axis=0)) == 8
+
+
+# ------------------------------------------------------------------ options and scores
+
+
+@pytest.mark.parametrize("task", ["approach", "push", "transport"])
+def test_each_task_presets_its_own(task):
+    assert parse(["--task", task]).task == task
+    assert parse([f"--task={task}", "--gamma", "0.5"]) == replace(PRESETS[task], gamma=0.5)
+
+
+def test_seeds_of_runs_do_not_meet():
+    assert Config(seed=1).first_seed - Config(seed=0).first_seed == SEEDS_OF_A_RUN
+
+
+def test_a_score_counts_failures_with_twice_the_time_limit(trained):
+    params = make_params("push")
+    rows = [
+        types.SimpleNamespace(success=done, duration=time, position_error=0.01, heading_error=-0.1)
+        for done, time in ((True, 20.0), (True, 40.0), (False, 120.0))
+    ]
+    score = evaluation.score(rows, params, "noisy", (5, 1.0))
+    assert score.success == pytest.approx(2 / 3)
+    assert score.median_time == 30.0
+    assert score.penalised_time == pytest.approx((20 + 40 + 240) / 3)
+    assert score.heading_error == 0.1
+
+
+def test_a_write_that_fails_leaves_the_old_file(tmp_path):
+    file = tmp_path / "policy.npz"
+    file.write_text("old")
+
+    def fails(part):
+        part.write_text("half")
+        raise OSError("full")
+
+    with pytest.raises(OSError, match="full"):
+        run.write(file, fails)
+    assert [path.name for path in tmp_path.iterdir()] == ["policy.npz"]
+    assert file.read_text() == "old"
