@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 
 from asv_env import observation
-from asv_env.checks import check_whole, choice
+from asv_env.checks import check_number, check_whole, choice
 from asv_env.params import ACTION_MODES, TASKS, EnvParams
 from asv_env.types import Action, Bool, Float, Observation, Sensed
+from baselines.scripted import ScriptedPolicy
 
 FORMAT, SUFFIX = "asv-env policy 1", ".npz"
 ACTIVATIONS: dict[str, Callable[[Float], Float]] = {
@@ -41,6 +42,8 @@ class About:
         action_mode: what its actions mean, "tracking" or "thrusters".
         activation: between the layers, a key of ``ACTIVATIONS``.
         decide_every: control ticks for which an action is held.
+        residual: share of a full action by which it corrects the scripted policy, which then acts
+            too; 0 for a policy that acts alone.
         observation_version: of ``asv_env.observation`` when it was trained.
         card: where it comes from: data, steps, seeds; free of form.
         format: of the file.
@@ -50,6 +53,7 @@ class About:
     action_mode: str = "tracking"
     activation: str = "tanh"
     decide_every: int = 1
+    residual: float = 0.0
     observation_version: int = observation.VERSION
     card: dict[str, Any] = field(default_factory=dict)
     format: str = FORMAT
@@ -62,14 +66,22 @@ class About:
         choice("action_mode", self.action_mode, ACTION_MODES)
         choice("activation", self.activation, ACTIVATIONS)
         check_whole(self, "decide_every", 1)
+        check_number(self, "residual", 0.0, 1.0)
 
 
 @dataclass
 class Held:
-    """What a team remembers: its action (W, A, 2), and for how many ticks (W,) it has held it."""
+    """What a team remembers.
+
+    Attributes:
+        action: (W, A, 2) of the network.
+        ticks: (W,) for which it has been held.
+        script: what the scripted policy remembers that is corrected, if one is.
+    """
 
     action: Action
     ticks: np.ndarray
+    script: Any = None
 
 
 class NetworkPolicy:
@@ -89,6 +101,8 @@ class NetworkPolicy:
         self._layers = [(np.asarray(w, np.float32), np.asarray(b, np.float32)) for w, b in layers]
         self._activation = ACTIVATIONS[about.activation]
         self._decide_every = about.decide_every
+        self._residual = about.residual
+        self._script = ScriptedPolicy(params) if about.residual else None
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Held | None, fresh: Bool
@@ -99,10 +113,15 @@ class NetworkPolicy:
         action = self.forward(observation)
         if memory is not None:
             action = np.where(due[:, None, None], action, memory.action)
-        return action, Held(action, np.where(due, 0, ticks))
+        held = Held(action, np.where(due, 0, ticks))
+        if self._script is None:
+            return action, held
+        script = None if memory is None else memory.script
+        acts, held.script = self._script.act(sensed, observation, script, fresh)
+        return np.clip(acts + self._residual * action, -1.0, 1.0).astype(np.float32), held
 
     def forward(self, observation: Observation) -> Action:
-        """Actions (W, A, 2) in [-1, 1] of observations (W, A, K).
+        """What the network says (W, A, 2), in [-1, 1], to observations (W, A, K).
 
         One product of matrices a world, whose shape does not depend on W: a world's actions are
         the same to the bit in every batch.

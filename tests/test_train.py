@@ -28,6 +28,7 @@ from train.__main__ import main
 from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
 from train.curriculum import Midway, Starts, grown
 from train.ppo import Learner
+from train.residual import CorrectedVecEnv
 from train.worlds import Worlds
 
 ROOT = Path(__file__).parents[1]
@@ -217,6 +218,7 @@ def test_overwriting_begins_anew(trained, tmp_path):
         (["--num-envs", "1", "--teams", "4", "6"], "at least a world each"),
         (["--critic", "central", "--teams", "4", "6"], "train one team size"),
         (["--gamma", "1.5"], "gamma = 1.5"),
+        (["--residual", "0.2"], "set decision_rate = 10"),
         (["--total-timesteps", "0"], "total_timesteps = 0"),
         (["--init-from", "nowhere.npz"], "nowhere.npz"),
         (["--demonstrations", "nowhere"], "no recorded episodes"),
@@ -369,6 +371,24 @@ def test_worlds_are_the_same_after_the_same_renewal():
     first = begun(0.5, 10**9)
     assert not np.array_equal(first, begun(0.5, 10**9 + 100))
     assert np.array_equal(first, begun(0.5, 10**9))
+
+
+def test_corrections_are_made_in_training_as_in_the_policy_file(tmp_path):
+    residual = ["--residual", "0.3", "--decision-rate", "10", "--imitation-rounds", "0"]
+    train(tmp_path / "run", *residual, "--total-timesteps", "512", "--scenarios", "nominal")
+    policy = network.load(tmp_path / "run/policy.npz", make_params("push"))
+    boats = CorrectedVecEnv("push", num_envs=3, share=0.3)
+    boats.seed(10**9)
+    seen = boats.reset()
+    simulation, memory = Simulation(make_params("push"), 3), None
+    observed, fresh = simulation.reset(seeds=[10**9, 10**9 + 4, 10**9 + 8]), np.ones(3, bool)
+    for _ in range(30):
+        assert np.array_equal(seen.reshape(observed.shape), observed)
+        correction = policy.forward(observed)
+        action, memory = policy.act(simulation.sensed, observed, memory, fresh)
+        observed, fresh = simulation.step(action).observation, np.zeros(3, bool)
+        seen = boats.step(correction.reshape(-1, 2))[0]
+    assert np.abs(correction).max() > 0
 
 
 def test_the_state_for_a_central_critic_is_that_of_the_rows_own_world():

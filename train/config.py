@@ -71,6 +71,8 @@ class Config:
         hidden: sizes of the layers of actor and critic.
         activation: between them.
         log_std_init: of the actions when PPO begins.
+        residual: share of a full action by which the actor corrects the scripted policy, which
+            then acts too; 0 lets it act alone.
         critic: own sees what its boat observes, central the state of its world.
         eval_every: timesteps between evaluations.
         eval_episodes: of each scenario in an evaluation.
@@ -126,6 +128,7 @@ class Config:
     hidden: tuple[int, ...] = (128, 128)
     activation: Activation = "relu"
     log_std_init: float = -3.0
+    residual: float = 0.0
     critic: Critic = "own"
 
     eval_every: int = 4_000_000
@@ -153,7 +156,7 @@ class Config:
             check_whole(self, name, 1)
         for name in ["seed", "imitation_rounds", "critic_updates", "num_env_runners"]:
             check_whole(self, name, 0)
-        shares = "near_goals near_starts midway_starts widening gamma gae_lambda"
+        shares = "near_goals near_starts midway_starts widening residual gamma gae_lambda"
         check_numbers(self, shares, 0.0, 1.0)
         rates = "learning_rate actor_learning_rate clip_coef max_grad_norm imitation_time"
         check_numbers(self, rates, 1e-12)
@@ -177,6 +180,11 @@ class Config:
             raise ValueError(
                 f"critic = 'central' with teams = {self.teams}: the state of a world grows with "
                 "its team; train one team size, or use critic = 'own'"
+            )
+        if self.residual and (self.decision_rate != CONTROL_RATE or self.imitation_rounds):
+            raise ValueError(
+                f"residual = {self.residual}: the scripted policy decides at {CONTROL_RATE} Hz and "
+                f"need not be imitated: set decision_rate = {CONTROL_RATE}, imitation_rounds = 0"
             )
         seeds.check(range(self.eval_seed, self.eval_seed + self.eval_episodes), "development")
         seeds.check(range(self.first_seed, self.first_seed + SEEDS_OF_A_RUN), "training")

@@ -133,6 +133,7 @@ class Run:
             tasks=(self.config.task,),
             activation=self.config.activation,
             decide_every=self.config.decide_every,
+            residual=self.config.residual,
             card=card,
         )
 

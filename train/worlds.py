@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import chain, product
 from typing import Any
 
@@ -17,6 +18,7 @@ from asv_env.sb3_env import BoatVecEnv
 from asv_env.types import Action
 from train.config import Config
 from train.curriculum import Midway, Starts, grown, training_params
+from train.residual import CorrectedVecEnv
 
 WATCHED = 64
 """Episodes of the scripted policy from which midway starts are taken."""
@@ -59,11 +61,14 @@ class Worlds(VecEnv):
     def _made(self, progress: float) -> list[BoatVecEnv]:
         config, groups = self._config, len(self._groups)
         share = min(1.0, progress / config.widening) if config.widening else 1.0
+        made: Any = BoatVecEnv
+        if config.residual:
+            made = partial(CorrectedVecEnv, share=config.residual)
         parts = []
         for number, (team, scenario) in enumerate(self._groups):
             params = grown(training_params(config, team, scenario), share)
             parts.append(
-                BoatVecEnv(
+                made(
                     config.task,
                     config.num_envs // groups + (number < config.num_envs % groups),
                     team,
