@@ -21,9 +21,22 @@ LAYERS = (GROUND, MIDDLE, TOP)
 ONLY_IN = {
     "pymunk": {"asv_env/basin.py"},
     "pygame": {"asv_env/render.py"},
-    "stable_baselines3": {"asv_env/sb3_env.py", "baselines/sb3_policy.py"},
-    "ray": {"asv_env/rllib_env.py"},
-    "torch": {"asv_env/sb3_env.py"},
+    "stable_baselines3": {
+        "asv_env/sb3_env.py",
+        "baselines/sb3_policy.py",
+        "train/networks.py",
+        "train/ppo.py",
+        "train/worlds.py",
+    },
+    "ray": {"train/rllib.py"},
+    "torch": {
+        "asv_env/sb3_env.py",
+        "train/export.py",
+        "train/imitation.py",
+        "train/networks.py",
+        "train/ppo.py",
+        "train/rllib.py",
+    },
 }
 
 
@@ -81,7 +94,7 @@ def test_modules_do_not_import_in_circles():
         pytest.fail(f"modules import each other: {error.args[1]}")
 
 
-@pytest.mark.parametrize("package", ["asv_env", "baselines"])
+@pytest.mark.parametrize("package", ["asv_env", "baselines", "train"])
 @pytest.mark.parametrize("library", ONLY_IN)
 def test_library_is_used_only_where_it_belongs(package, library):
     users = {name for name, path in files(package).items() if library in roots(path)}

@@ -19,12 +19,11 @@ from torch import Tensor, nn
 from tqdm import tqdm
 
 from asv_env import observation
-from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
 from baselines.evaluate import recording
 from train.config import Config
-from train.curriculum import Starts
+from train.curriculum import Starts, training_params
 from train.teacher import HastyPolicy
 
 TEACHES = 0.6
@@ -100,23 +99,21 @@ def watched(actor: nn.Module, config: Config, number: int) -> list[Pairs]:
 def _watched(
     actor: nn.Module, config: Config, group: tuple[int, str], seeds: range, number: int
 ) -> Pairs:
-    params = make_params(config.task, *group)
+    params = training_params(config, *group)
     simulation = Simulation(params, len(seeds), draw=Starts(config))
     teacher, memory = HastyPolicy(params), None
     rng = np.random.default_rng(seeds.start)
     seen = simulation.reset(seeds=list(seeds))
     fresh = np.ones(len(seeds), dtype=np.bool_)
-    rate = params.clock.control
     pairs: list[Pairs] = []
-    for tick in range(round(config.imitation_time * rate)):
+    for tick in range(round(config.imitation_time * config.decision_rate)):
         said, memory = teacher.act(simulation.sensed, seen, memory, fresh)
         pairs.append((seen.reshape(-1, seen.shape[-1]).copy(), said.reshape(-1, 2)))
-        if tick % round(TURNS * rate) == 0:
-            teaches = rng.random(len(seeds)) < TEACHES**number
-        if tick % config.decide_every == 0:
-            with torch.no_grad():
-                decided = actor(torch.from_numpy(seen)).numpy()
-        step = simulation.step(np.where(teaches[:, None, None], said, decided))
+        if tick % round(TURNS * config.decision_rate) == 0:
+            teaches = rng.random((len(seeds), 1, 1)) < TEACHES**number
+        with torch.no_grad():
+            decided = actor(torch.from_numpy(seen)).numpy()
+        step = simulation.step(np.where(teaches, said, decided))
         seen, fresh = step.observation, step.ending.terminated | step.ending.truncated
         if fresh.any():
             seen[fresh] = simulation.reset(fresh)

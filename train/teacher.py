@@ -1,8 +1,9 @@
 """The scripted policy in a hurry: whom the learner imitates first.
 
-It takes the vessel from whichever side leads to the goal sooner, on narrower arcs with a shorter
-straight at their end. That loses the grasp now and then, where the scripted policy is careful;
-what the learner makes of it is its own affair.
+It takes the vessel from the side away from the goal, on narrower arcs with a shorter straight at
+their end. The side follows from where the goal lies until the vessel is grasped, not from how the
+episode began, and on the other side every boat has the slot across the hull from its own: so a
+learner without a memory can tell both.
 """
 
 from __future__ import annotations
@@ -18,15 +19,10 @@ from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.simulation import LOSING
 from asv_env.types import Action, Bool, Complex, Float, Observation, Sensed
-from baselines import dubins
 from baselines.route import RouteGains, Router
 from baselines.scripted import ScriptedPolicy
 
 HASTY = RouteGains(radius=2.8, runout=0.25)
-PUSHES, GOES = 0.06, 0.16
-"""Speeds of the vessel and of boats on their way, by which sides are compared, m/s."""
-ROUND = 1.0
-"""Way round the hull for a boat on its other side, lengths of the vessel."""
 SIDES = (1.0, -1.0)
 
 
@@ -35,13 +31,11 @@ class Memory:
     """What the team remembers.
 
     Attributes:
-        slot: (W, A) as ``State.slot``, on the side that was chosen.
-        side: (W,) that side.
-        closed: (W,) whether these slots are held.
+        side: (W,) from which it pushes.
+        closed: (W,) whether the slots there are held.
         script: of the scripted policy.
     """
 
-    slot: Complex
     side: Float
     closed: Bool
     script: Any = None
@@ -63,56 +57,33 @@ class HastyPolicy:
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
-        if not self._chooses:
-            script = None if memory is None else memory.script
-            action, script = self._script.act(sensed, observation, script, fresh)
-            return action, Memory(sensed.slot, sensed.side, sensed.closed, script)
+        script = None if memory is None else memory.script
+        if self._chooses:
+            side, closed = self._side(sensed, memory, fresh)
+        else:
+            side, closed = sensed.side, sensed.closed
+        slot = np.where((side == sensed.side)[:, None], sensed.slot, sensed.slot.conj())
+        if self._chooses:
+            closed = self._closed(sensed, slot, side, closed)
+        seen = replace(sensed, slot=slot, side=side, closed=closed)
+        action, script = self._script.act(seen, observation, script, fresh)
+        return action, Memory(side, closed, script)
+
+    def _side(self, sensed: Sensed, memory: Memory | None, fresh: Bool) -> tuple[Float, Bool]:
+        """The side away from the goal, until the vessel is grasped; whether its slots were held."""
+        vessel, goal = sensed.estimate[:, 0], sensed.goal
+        there = (plane(goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
+        side = np.where(there.imag <= 0, *SIDES)
         if memory is None:
-            fresh = np.ones_like(fresh)
-            memory = Memory(sensed.slot.copy(), sensed.side.copy(), np.zeros_like(fresh))
-        memory = replace(
-            memory, slot=memory.slot.copy(), side=memory.side.copy(), closed=memory.closed & ~fresh
-        )
-        for world in map(int, np.flatnonzero(fresh)):
-            self._choose(sensed, memory, world)
-        self._judge_closure(sensed, memory)
-        seen = replace(sensed, slot=memory.slot, side=memory.side, closed=memory.closed)
-        action, memory.script = self._script.act(seen, observation, memory.script, fresh)
-        return action, memory
+            return side, np.zeros_like(fresh)
+        side = np.where(memory.script.pushing & ~fresh, memory.side, side)
+        return side, memory.closed & ~fresh & (side == memory.side)
 
-    def _choose(self, sensed: Sensed, memory: Memory, world: int) -> None:
-        """Takes the side from which the goal is reached sooner."""
-        motion, working = sensed.estimate[world], sensed.working[world]
-        best = np.inf
-        for side in SIDES:
-            slot = formation.assign_slots(self._params, motion, working, side)
-            time = self._time(motion, sensed.goal[world], slot[working], working, side)
-            if time < best:
-                best = time
-                memory.slot[world], memory.side[world] = slot, side
-
-    def _time(self, motion: Float, goal: Float, slot: Complex, working: Bool, side: float) -> float:
-        """About what a delivery from one side takes, s."""
-        length = self._params.vessel.length
-        to_vessel = np.exp(-1j * motion[0, 2])
-        there = (goal[0] + 1j * goal[1] - plane(motion)[0]) * to_vessel
-        turn = np.angle(np.exp(1j * (goal[2] - motion[0, 2])))
-        pose = np.array([there.real, side * there.imag, side * turn])
-        way = float(dubins.length(pose, 0.75 * HASTY.radius * length / 2))
-        boats = ((plane(motion)[1:] - plane(motion)[0]) * to_vessel)[working]
-        wrong = boats.imag * side < 0
-        return way / PUSHES + float(np.max(np.abs(slot - boats) + ROUND * length * wrong)) / GOES
-
-    def _judge_closure(self, sensed: Sensed, memory: Memory) -> None:
+    def _closed(self, sensed: Sensed, slot: Complex, side: Float, closed: Bool) -> Bool:
         """What the environment says of its own slots, of these."""
-        task = self._params.task
-        relations = relate(sensed.estimate, sensed.goal, memory.slot, memory.side)
-        idle = ~sensed.working
-        all_hold = (formation.holding(relations, task) | idle).all(axis=1)
-        at_rest = (formation.at_rest(relations, task) | idle).all(axis=1)
-        for world in map(int, np.flatnonzero(at_rest & ~memory.closed & ~all_hold)):
-            memory.slot[world] = formation.assign_slots(
-                self._params, sensed.estimate[world], sensed.working[world], memory.side[world]
-            )
+        task, idle = self._params.task, ~sensed.working
+        relations = relate(sensed.estimate, sensed.goal, slot, side)
+        all_hold = np.logical_and.reduce(formation.holding(relations, task) | idle, axis=1)
         near = relations.slot_error <= LOSING * task.slot_distance
-        memory.closed = all_hold | (memory.closed & (near | idle).all(axis=1))
+        lost = np.logical_or.reduce(~near & ~idle, axis=1)
+        return all_hold | (closed & ~lost)
