@@ -7,7 +7,7 @@ length, w along n, the side from which it is pushed in the nominal case.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -135,13 +135,6 @@ def relate(motion: Float, goal: Float, slot: Complex, side: Float) -> Relations:
         goal_error=np.abs(goal_offset),
         heading_error=-np.arctan2(goal_turn.imag, goal_turn.real),
     )
-
-
-def mirrored(relations: Relations) -> Relations:
-    """The same, if the boats' slots were those across the hull, on the vessel's other side."""
-    gap = (relations.boat + relations.slot_gap).conj() - relations.boat
-    alignment = -relations.alignment
-    return replace(relations, slot_gap=gap, slot_error=np.abs(gap), alignment=alignment)
 
 
 def holding(relations: Relations, task: TaskParams) -> Bool:

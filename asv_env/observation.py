@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from asv_env.formation import Relations, holding, mirrored
+from asv_env.formation import Relations
 from asv_env.params import EnvParams
 from asv_env.tracking import FULL_SPEED, FULL_YAW_RATE
 from asv_env.types import Bool, Complex, Float, Observation, Sensed
@@ -27,7 +27,7 @@ FINE = 0.1
 NEIGHBOURS = 4
 NEIGHBOUR_NAMES = ["x", "y", "vx", "vy", "present"]
 NEIGHBOUR_BOUNDS = [FAR, FAR, FAST, FAST, 1.0]
-VERSION = 2
+VERSION = 1
 """Of what the columns mean: another one wherever a trained policy would be misled."""
 
 
@@ -42,7 +42,6 @@ class View:
         hull: (W, 1) conjugate direction of the vessel.
         slot: (W, A) from each boat to its slot, in the boat's frame, m.
         ready: (W,) share of the working boats that hold their slots.
-        across: (W,) the same of the slots across the hull, on the vessel's other side.
     """
 
     sensed: Sensed
@@ -51,7 +50,6 @@ class View:
     hull: Complex
     slot: Complex
     ready: Float
-    across: Float
 
 
 @dataclass(frozen=True)
@@ -90,7 +88,6 @@ SCALARS = (
     Feature("own hull touches another", 1.0, 1.0, lambda v: v.sensed.touching[..., 1]),
     Feature("own thrusters work", 1.0, 1.0, lambda v: v.sensed.working),
     Feature("share of slots held", 1.0, 1.0, lambda v: v.ready[:, None]),
-    Feature("share of slots held, other side", 1.0, 1.0, lambda v: v.across[:, None]),
     Feature("closure formed", 1.0, 1.0, lambda v: v.sensed.closed[:, None]),
 )
 BOUND = np.array(
@@ -121,8 +118,7 @@ def observe(sensed: Sensed, relations: Relations, holds: Bool, params: EnvParams
     eyes = heading[:, 1:].conj()
     slot = relations.slot_gap * (heading[:, :1] * eyes)
     ready = _share(holds, sensed.working)
-    across = _share(holding(mirrored(relations), params.task), sensed.working)
-    view = View(sensed, relations, eyes, heading[:, :1].conj(), slot, ready, across)
+    view = View(sensed, relations, eyes, heading[:, :1].conj(), slot, ready)
 
     boats = sensed.slot.shape
     observation = np.empty((*boats, len(BOUND)), dtype=np.float32)

@@ -17,11 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from asv_env import observation
+from asv_env import formation, observation
 from asv_env.checks import check_number, check_whole, choice
+from asv_env.formation import relate
 from asv_env.params import ACTION_MODES, TASKS, EnvParams
 from asv_env.types import Action, Bool, Float, Observation, Sensed
 from baselines.scripted import ScriptedPolicy
+from baselines.sides import SideAway, SideMemory
 
 FORMAT, SUFFIX = "asv-env policy 1", ".npz"
 ACTIVATIONS: dict[str, Callable[[Float], Float]] = {
@@ -44,6 +46,7 @@ class About:
         decide_every: control ticks for which an action is held.
         residual: share of a full action by which it corrects the scripted policy, which then acts
             too; 0 for a policy that acts alone.
+        mirrors: whether it always finds the goal ahead of it, see ``sides``.
         observation_version: of ``asv_env.observation`` when it was trained.
         card: where it comes from: data, steps, seeds; free of form.
         format: of the file.
@@ -54,6 +57,7 @@ class About:
     activation: str = "tanh"
     decide_every: int = 1
     residual: float = 0.0
+    mirrors: bool = False
     observation_version: int = observation.VERSION
     card: dict[str, Any] = field(default_factory=dict)
     format: str = FORMAT
@@ -77,11 +81,13 @@ class Held:
         action: (W, A, 2) of the network.
         ticks: (W,) for which it has been held.
         script: what the scripted policy remembers that is corrected, if one is.
+        sides: from which sides the teams push, if it mirrors.
     """
 
     action: Action
     ticks: np.ndarray
     script: Any = None
+    sides: SideMemory | None = None
 
 
 class NetworkPolicy:
@@ -102,6 +108,8 @@ class NetworkPolicy:
         self._activation = ACTIVATIONS[about.activation]
         self._decide_every = about.decide_every
         self._residual = about.residual
+        self._params = params
+        self._away = SideAway(params) if about.mirrors else None
         self._script = ScriptedPolicy(params) if about.residual else None
 
     def act(
@@ -110,15 +118,25 @@ class NetworkPolicy:
         """See ``Policy.act``."""
         ticks = np.zeros(len(fresh), dtype=np.int64) if memory is None else memory.ticks + 1
         due = fresh | (ticks % self._decide_every == 0)
-        action = self.forward(observation)
+        if self._away is None:
+            sides, action = None, self.forward(observation)
+        else:
+            seen, sides = self._away.see(sensed, memory.sides if memory else None, fresh)
+            action = self.forward(self._observe(seen))
+            action[..., 1] *= sides.side[:, None].astype(np.float32)
         if memory is not None:
             action = np.where(due[:, None, None], action, memory.action)
-        held = Held(action, np.where(due, 0, ticks))
+        held = Held(action, np.where(due, 0, ticks), sides=sides)
         if self._script is None:
             return action, held
         script = None if memory is None else memory.script
         acts, held.script = self._script.act(sensed, observation, script, fresh)
         return np.clip(acts + self._residual * action, -1.0, 1.0).astype(np.float32), held
+
+    def _observe(self, sensed: Sensed) -> Observation:
+        relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
+        holds = formation.holding(relations, self._params.task)
+        return observation.observe(sensed, relations, holds, self._params)
 
     def forward(self, observation: Observation) -> Action:
         """What the network says (W, A, 2), in [-1, 1], to observations (W, A, K).

@@ -13,19 +13,19 @@ world is mirrored first.
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from asv_env import tracking
 from asv_env.formation import Relations, relate
-from asv_env.geometry import mirrored
 from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation, Sensed, put_rows, rows
 from baselines.conveying import Conveying, PushGains, PushMemory
 from baselines.grasping import GraspGains, Grasping, GraspMemory
 from baselines.observer import Observer, VesselMemory
 from baselines.route import RouteGains, Router
+from baselines.sides import seen_from
 from baselines.steering import Tolerances
 
 GRASP = 0.3
@@ -92,7 +92,7 @@ class ScriptedPolicy:
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
         side = np.where(sensed.side < 0, -1.0, 1.0)
-        sensed = _seen_from(sensed, side)
+        sensed = seen_from(sensed, side)
         if memory is None:
             fresh, memory = np.ones_like(fresh), self._blank(*sensed.slot.shape)
         memory = deepcopy(memory)
@@ -175,14 +175,3 @@ class ScriptedPolicy:
         """(W,) whether the team can push: from closure on, until a boat is far from its slot."""
         at_hand = (relations.slot_error < self._loose) | ~sensed.working
         return sensed.closed | (pushing & at_hand.all(axis=1))
-
-
-def _seen_from(sensed: Sensed, side: Float) -> Sensed:
-    """What is sensed, as if the team pushed from the +n side."""
-    return replace(
-        sensed,
-        measured=mirrored(sensed.measured, side),
-        estimate=mirrored(sensed.estimate, side),
-        goal=mirrored(sensed.goal, side),
-        slot=sensed.slot.real + 1j * sensed.slot.imag * side[:, None],
-    )

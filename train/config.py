@@ -43,6 +43,7 @@ class Config:
         scenarios: what disturbs the worlds, mixed.
         decision_rate: of the policy, Hz.
         time_limit: of an episode in training, s for a vessel of 0.40 m; the task's by default.
+        mirror: train with goals ahead of the team alone, and mirror the world where they are not.
         near_goals: share of episodes whose goals are nearer, by a factor drawn uniformly.
         near_starts: share of episodes in which the boats begin beside the hull.
         midway_starts: share of episodes that begin midway in one of the scripted policy.
@@ -99,6 +100,7 @@ class Config:
     scenarios: tuple[str, ...] = ("noisy",)
     decision_rate: int = 5
     time_limit: float | None = None
+    mirror: bool = False
     near_goals: float = 0.0
     near_starts: float = 0.0
     midway_starts: float = 0.0

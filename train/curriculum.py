@@ -20,6 +20,8 @@ from asv_env.types import Float, Start
 from baselines.scripted import ScriptedPolicy
 from train.config import Config
 
+MIRROR = np.array([1.0, -1.0, -1.0])
+"""Poses in the mirror of the x axis: the vessel begins at the origin along it."""
 BESIDE = 0.9
 """Width of the margin round the hull in which boats begin beside it, lengths of the vessel."""
 TRIES = 200
@@ -117,6 +119,9 @@ class Starts:
                 motion=self._midway.motion[chosen].copy(),
                 goal=self._midway.goal[chosen].copy(),
             )
+        if config.mirror and start.goal[1] > 0:
+            start.goal *= MIRROR
+            start.motion[:, :3] *= MIRROR
         if nearer < config.near_goals:
             start.goal *= rng.random()
         if beside < config.near_starts:

@@ -22,9 +22,9 @@ from asv_env import observation
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
 from baselines.evaluate import recording
+from train import teacher
 from train.config import Config
 from train.curriculum import Starts, training_params
-from train.teacher import HastyPolicy
 
 TEACHES = 0.6
 """Share of the worlds in which the teacher acts, from round to round."""
@@ -101,13 +101,13 @@ def _watched(
 ) -> Pairs:
     params = training_params(config, *group)
     simulation = Simulation(params, len(seeds), draw=Starts(config))
-    teacher, memory = HastyPolicy(params), None
+    script, memory = teacher.teacher(params), None
     rng = np.random.default_rng(seeds.start)
     seen = simulation.reset(seeds=list(seeds))
     fresh = np.ones(len(seeds), dtype=np.bool_)
     pairs: list[Pairs] = []
     for tick in range(round(config.imitation_time * config.decision_rate)):
-        said, memory = teacher.act(simulation.sensed, seen, memory, fresh)
+        said, memory = script.act(simulation.sensed, seen, memory, fresh)
         pairs.append((seen.reshape(-1, seen.shape[-1]).copy(), said.reshape(-1, 2)))
         if tick % round(TURNS * config.decision_rate) == 0:
             teaches = rng.random((len(seeds), 1, 1)) < TEACHES**number

@@ -134,6 +134,7 @@ class Run:
             activation=self.config.activation,
             decide_every=self.config.decide_every,
             residual=self.config.residual,
+            mirrors=self.config.mirror,
             card=card,
         )
 
