@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from pettingzoo import ParallelEnv
 
+from asv_env import scenarios
 from asv_env._face import (
     RENDER_FPS,
     RENDER_MODES,
@@ -20,6 +21,7 @@ from asv_env._face import (
     summaries,
 )
 from asv_env.overview import overview, overview_bound
+from asv_env.simulation import Draw
 from asv_env.types import Action, Observation
 
 
@@ -37,6 +39,7 @@ class AsvParallelEnv(Face, ParallelEnv[str, Observation, Action]):
         num_boats: 2 to 100; None takes the preset's.
         render_mode: None, "rgb_array" or "human".
         scenario: what disturbs the world.
+        draw: how episodes begin, see ``Simulation``.
         **options: see ``presets.make_params``.
 
     Attributes:
@@ -62,10 +65,11 @@ class AsvParallelEnv(Face, ParallelEnv[str, Observation, Action]):
         num_boats: int | None = None,
         render_mode: str | None = None,
         scenario: str = "nominal",
+        draw: Draw = scenarios.draw,
         **options: Any,
     ) -> None:
         names = {"task": task, "num_boats": num_boats, "scenario": scenario}
-        self._open(render_mode, {**names, **options})
+        self._open(render_mode, {**names, **options}, draw=draw)
         self.metadata = self._metadata(name=f"asv_env/{task}-v0", is_parallelizable=True)
         team = self.params.num_boats
         self.possible_agents = [f"asv_{boat}" for boat in range(team)]
@@ -201,7 +205,8 @@ def parallel_env(
     num_boats: int | None = None,
     render_mode: str | None = None,
     scenario: str = "nominal",
+    draw: Draw = scenarios.draw,
     **options: Any,
 ) -> AsvParallelEnv:
     """A PettingZoo environment whose agents are the boats; see ``AsvParallelEnv``."""
-    return AsvParallelEnv(task, num_boats, render_mode, scenario, **options)
+    return AsvParallelEnv(task, num_boats, render_mode, scenario, draw, **options)
