@@ -22,8 +22,11 @@ Critic = Literal["own", "central"]
 CONTROL_RATE = ClockParams().control
 SEEDS_OF_A_RUN = 10**6
 """Between the first seeds of two runs."""
-WHERE = ("out", "overwrite", "track", "wandb_project_name", "wandb_entity", "ray_address")
-"""Options that do not change what is learned."""
+WHERE = (
+    *("out", "overwrite", "torch_threads", "num_env_runners", "ray_address"),
+    *("track", "wandb_project_name", "wandb_entity"),
+)
+"""Options by which nothing else is learned, but for rounding."""
 
 
 @dataclass(frozen=True)
