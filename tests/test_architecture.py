@@ -34,6 +34,7 @@ ONLY_IN = {
         "train/export.py",
         "train/imitation.py",
         "train/networks.py",
+        "train/perceptron.py",
         "train/ppo.py",
         "train/rllib.py",
     },

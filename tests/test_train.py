@@ -23,7 +23,7 @@ from baselines import evaluate, network
 from baselines.evaluate import recording
 from baselines.evaluate.results import read_csv
 from baselines.sb3_policy import Sb3Policy
-from train import evaluation, export, imitation, networks, run
+from train import evaluation, export, imitation, networks, perceptron, run
 from train.__main__ import main
 from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
 from train.curriculum import Midway, Starts, grown
@@ -176,7 +176,7 @@ def test_another_seed_learns_something_else(trained, tmp_path):
 def test_a_central_critic_changes_what_the_critic_sees_alone(tmp_path):
     train(tmp_path / "run", "--critic", "central")
     learner = Learner.load(tmp_path / "run/checkpoint.zip", device="cpu")
-    widths = [one.in_features for one in networks.linear_layers(learner.policy)]
+    widths = [one.in_features for one in perceptron.linear_layers(networks.actor(learner.policy))]
     state = learner.observation_space["state"].shape[0]
     assert widths[0] == len(observation.NAMES)
     assert learner.policy.mlp_extractor.value_net[0].in_features == widths[0] + state
@@ -237,10 +237,10 @@ def test_a_policy_of_another_task_is_no_beginning(trained, tmp_path):
 def test_a_policy_file_is_a_beginning(trained, tmp_path):
     learner = Learner.made(tiny(), Worlds(tiny()))
     layers, _ = network.read(trained / "best.npz")
-    networks.put_layers(learner.policy, layers)
-    assert same(networks.layers_of(learner.policy), layers)
+    perceptron.put_layers(networks.actor(learner.policy), layers)
+    assert same(perceptron.layers_of(networks.actor(learner.policy)), layers)
     with pytest.raises(ValueError, match="--hidden"):
-        networks.put_layers(learner.policy, layers[1:])
+        perceptron.put_layers(networks.actor(learner.policy), layers[1:])
 
 
 def test_a_missing_extra_is_named(monkeypatch):

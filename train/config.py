@@ -22,6 +22,10 @@ Critic = Literal["own", "central"]
 CONTROL_RATE = ClockParams().control
 SEEDS_OF_A_RUN = 10**6
 """Between the first seeds of two runs."""
+LEAST_RATE = 0.1
+"""Share of the learning rates that is left at the end where they fall."""
+BAR: dict[str, Any] = {"unit": " steps", "unit_scale": True, "desc": "PPO", "file": sys.stderr}
+"""How a training shows its progress."""
 WHERE = (
     *("out", "overwrite", "torch_threads", "num_env_runners", "ray_address"),
     *("track", "wandb_project_name", "wandb_entity"),

@@ -14,8 +14,9 @@ from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from baselines import runner
 from baselines.episodes import Episode
-from baselines.network import About, Layers, NetworkPolicy
-from train.config import Config
+from baselines.network import SUFFIX, About, Layers, NetworkPolicy
+from train.config import SEEDS_OF_A_RUN, Config
+from train.run import BEST, Run
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,46 @@ def score(
         heading_error=_median([abs(one.heading_error or 0.0) for one in done]),
         penalised_time=float(np.mean([one.duration if one.success else late for one in episodes])),
     )
+
+
+def assess(run: Run, layers: Layers, timesteps: int, seconds: float, best: float) -> list[Score]:
+    """Scores a policy and leaves what follows from it in the folder of its run.
+
+    Args:
+        run: with the folder.
+        layers: of the policy.
+        timesteps: of the training so far.
+        seconds: of the training so far.
+        best: merit of the best policy so far, s.
+    """
+    scores = evaluate(layers, run.about({}), run.config, (timesteps, seconds))
+    append(run.curve, scores)
+    first = run.config.first_seed
+    card = {
+        "options": run.config.learned(),
+        "timesteps": timesteps,
+        "training_seeds": [first, first + SEEDS_OF_A_RUN - 1],
+        "development": [vars(one) for one in scores],
+    }
+    if merit(scores) < best:
+        run.save_policy(f"{BEST}{SUFFIX}", layers, card)
+    run.save_policy(f"policy{SUFFIX}", layers, card)
+    return scores
+
+
+def told(scores: Sequence[Score]) -> dict[str, float]:
+    """What goes into the log, by name."""
+    values = {}
+    for one in scores:
+        group = f"evaluation/{one.num_boats}_{one.scenario}"
+        values[f"{group}_success"], values[f"{group}_time"] = one.success, one.median_time
+    return values
+
+
+def headline(scores: Sequence[Score]) -> str:
+    """What a progress bar says."""
+    success = float(np.mean([one.success for one in scores]))
+    return f"success {success:.0%}, {np.mean([one.median_time for one in scores]):.1f} s"
 
 
 def _median(values: Sequence[float | None]) -> float:

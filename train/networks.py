@@ -10,7 +10,6 @@ from stable_baselines3.common.policies import ActorCriticPolicy, MultiInputActor
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import Tensor, nn
 
-from baselines.network import Layers
 from train.config import Config
 
 ACTIVATIONS = {"relu": nn.ReLU, "tanh": nn.Tanh}
@@ -89,39 +88,6 @@ def policy_options(config: Config) -> dict[str, Any]:
     }
 
 
-def linear_layers(policy: ActorCriticPolicy) -> list[nn.Linear]:
-    """Those of the actor, from the observation to the mean action."""
-    hidden = [one for one in policy.mlp_extractor.policy_net if isinstance(one, nn.Linear)]
-    return [*hidden, policy.action_net]  # type: ignore[list-item]
-
-
 def actor(policy: ActorCriticPolicy) -> nn.Module:
     """From observations to mean actions; shares its weights with the policy."""
     return nn.Sequential(policy.mlp_extractor.policy_net, policy.action_net)
-
-
-def layers_of(policy: ActorCriticPolicy) -> Layers:
-    """The actor as a policy file wants it."""
-    return [
-        (one.weight.detach().numpy().T.copy(), one.bias.detach().numpy().copy())
-        for one in linear_layers(policy)
-    ]
-
-
-def put_layers(policy: ActorCriticPolicy, layers: Layers) -> None:
-    """Gives the actor the weights of a policy file.
-
-    Raises:
-        ValueError: layers of other sizes.
-    """
-    own = linear_layers(policy)
-    wanted = [tuple(one.weight.shape)[::-1] for one in own]
-    given = [weight.shape for weight, _ in layers]
-    if wanted != given:
-        raise ValueError(
-            f"layers of sizes {given} do not fit the actor's {wanted}: choose --hidden after them"
-        )
-    with torch.no_grad():
-        for one, (weight, bias) in zip(own, layers, strict=True):
-            one.weight.copy_(torch.as_tensor(weight.T))
-            one.bias.copy_(torch.as_tensor(bias))

@@ -8,7 +8,6 @@ stopped it, to the bit, on the same machine with the same number of threads.
 from __future__ import annotations
 
 import random
-import sys
 import time
 from typing import Any
 
@@ -20,22 +19,18 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.utils import set_random_seed
 from tqdm import tqdm
 
-from baselines.network import Layers
-from train import evaluation, networks, tracking
-from train.config import SEEDS_OF_A_RUN, Config
-from train.imitation import check_recorded, imitate
+from train import evaluation, networks, perceptron, tracking
+from train.config import BAR, LEAST_RATE, SEEDS_OF_A_RUN, Config
+from train.imitation import check_recorded
 from train.run import BEST, TENSORBOARD, Run, initial_layers, write
 from train.worlds import Worlds
 
-LEAST_RATE = 0.1
-"""Share of the learning rates that is left at the end where they fall."""
 STEP = 1.3
 """Factor by which the actor's learning rate is adapted."""
 BAND = 1.5
 """Factor from its target within which the divergence of an update is left alone."""
 RATES = (1e-6, 1e-3)
 """Smallest and largest learning rate of the actor."""
-BAR: dict[str, Any] = {"unit": " steps", "unit_scale": True, "desc": "PPO", "file": sys.stderr}
 
 
 class Learner(PPO):
@@ -172,38 +167,16 @@ class Keeper(BaseCallback):
     def evaluate(self) -> None:
         """Scores the policy as it is, and keeps it if it is the best so far."""
         model, run = self.model, self._run
-        layers = networks.layers_of(model.policy)
+        layers = perceptron.layers_of(networks.actor(model.policy))
         self._count_time()
-        now = (model.num_timesteps, model.seconds)
-        scores = evaluation.evaluate(layers, run.about({}), run.config, now)
+        scores = evaluation.assess(run, layers, model.num_timesteps, model.seconds, model.best)
         self._count_time()
-        evaluation.append(run.curve, scores)
-        card = self.card(scores)
         if evaluation.merit(scores) < model.best:
             model.best = evaluation.merit(scores)
             write(run.folder / f"{BEST}.zip", model.save)
-            run.save_policy(f"{BEST}.npz", layers, card)
-        run.save_policy("policy.npz", layers, card)
-        for one in scores:
-            group = f"evaluation/{one.num_boats}_{one.scenario}"
-            model.logger.record(f"{group}_success", one.success)
-            model.logger.record(f"{group}_time", one.median_time)
-        success = float(np.mean([one.success for one in scores]))
-        self._bar.set_postfix_str(
-            f"success {success:.0%}, {np.mean([one.median_time for one in scores]):.1f} s"
-        )
-
-    def card(self, scores: list[evaluation.Score]) -> dict[str, Any]:
-        """What a policy file says of where it comes from."""
-        return {
-            "options": self._run.config.learned(),
-            "timesteps": self.model.num_timesteps,
-            "training_seeds": [
-                self._run.config.first_seed,
-                self._run.config.first_seed + SEEDS_OF_A_RUN - 1,
-            ],
-            "development": [vars(one) for one in scores],
-        }
+        for name, value in evaluation.told(scores).items():
+            model.logger.record(name, value)
+        self._bar.set_postfix_str(evaluation.headline(scores))
 
     def save(self) -> None:
         """Writes the checkpoint."""
@@ -220,16 +193,6 @@ class Keeper(BaseCallback):
 def _passed(now: int, rollout: int, every: int) -> bool:
     """Whether the last rollout has reached a multiple of ``every``, or there was none yet."""
     return now // every > (now - rollout) // every
-
-
-def begin(learner: Learner, config: Config, start: Layers | None) -> None:
-    """Gives an untrained learner what it begins with: weights of a file, then imitation."""
-    if start is not None:
-        networks.put_layers(learner.policy, start)
-    if config.imitation_rounds:
-        rounds = config.imitation_rounds
-        with tqdm(total=rounds, unit=" round", desc="imitation", file=sys.stderr) as bar:
-            imitate(networks.actor(learner.policy), config, bar)
 
 
 def train(config: Config) -> None:
@@ -252,7 +215,7 @@ def train(config: Config) -> None:
             learner.draw_as_at(learner.chance)
         else:
             learner = Learner.made(config, worlds)
-            begin(learner, config, start)
+            perceptron.begin(networks.actor(learner.policy), config, start)
         learner.seconds += time.monotonic() - began
         done, total = learner.num_timesteps, config.total_timesteps
         evaluation.cut(run.curve, done if resumed else -1)

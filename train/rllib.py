@@ -15,7 +15,6 @@ import json
 import logging
 import os
 import shutil
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -39,16 +38,14 @@ from asv_env import observation
 from asv_env.parallel_env import AsvParallelEnv
 from asv_env.presets import make_params
 from baselines.network import Layers, NetworkPolicy
-from train import evaluation, tracking
-from train.config import SEEDS_OF_A_RUN, Config
+from train import evaluation, perceptron, tracking
+from train.config import BAR, LEAST_RATE, SEEDS_OF_A_RUN, Config
 from train.curriculum import Starts, training_params
-from train.imitation import check_recorded, imitate
-from train.run import BEST, TENSORBOARD, Run, initial_layers, write
+from train.imitation import check_recorded
+from train.run import TENSORBOARD, Run, initial_layers, write
 
 BOAT = "boat"
 """Name of the policy that all boats share."""
-LEAST_RATE = 0.1
-"""Share of the learning rates that is left at the end where they fall."""
 SEEDS = 2**31
 """Seeds that RLlib takes are below."""
 TOLERANCE = 1e-5
@@ -56,7 +53,6 @@ TOLERANCE = 1e-5
 COMPARED = 256
 """Observations on which they are compared."""
 PROGRESS = "progress.json"
-BAR: dict[str, Any] = {"unit": " steps", "unit_scale": True, "desc": "PPO", "file": sys.stderr}
 LONGEST = 36
 """Letters of a folder for temporary files in which Ray's sockets have room."""
 
@@ -367,38 +363,17 @@ class Training:
         run, progress = self._run, self._progress
         layers = exported(module_of(self._algorithm), run)
         self._count_time()
-        now = (progress.timesteps, progress.seconds)
-        scores = evaluation.evaluate(layers, run.about({}), run.config, now)
+        scores = evaluation.assess(run, layers, progress.timesteps, progress.seconds, progress.best)
         self._count_time()
-        evaluation.append(run.curve, scores)
-        card = self._card(scores)
-        if evaluation.merit(scores) < progress.best:
-            progress.best = evaluation.merit(scores)
-            run.save_policy(f"{BEST}.npz", layers, card)
-        run.save_policy("policy.npz", layers, card)
-        for one in scores:
-            group = f"evaluation/{one.num_boats}_{one.scenario}"
-            self._tell(f"{group}_success", one.success)
-            self._tell(f"{group}_time", one.median_time)
-        success = float(np.mean([one.success for one in scores]))
-        self._bar.set_postfix_str(
-            f"success {success:.0%}, {np.mean([one.median_time for one in scores]):.1f} s"
-        )
+        progress.best = min(progress.best, evaluation.merit(scores))
+        for name, value in evaluation.told(scores).items():
+            self._tell(name, value)
+        self._bar.set_postfix_str(evaluation.headline(scores))
 
     def _tell(self, name: str, value: object) -> None:
         """Logs a number; what is none, or not finite, is left out."""
         if isinstance(value, float | int) and np.isfinite(value):
             self._log.add_scalar(name, value, self._progress.timesteps)
-
-    def _card(self, scores: list[evaluation.Score]) -> dict[str, Any]:
-        """What a policy file says of where it comes from."""
-        first = self._run.config.first_seed
-        return {
-            "options": self._run.config.learned(),
-            "timesteps": self._progress.timesteps,
-            "training_seeds": [first, first + SEEDS_OF_A_RUN - 1],
-            "development": [vars(one) for one in scores],
-        }
 
     def save(self) -> None:
         """Writes the checkpoint."""
@@ -422,11 +397,6 @@ def actor(module: Any) -> nn.Sequential:
     return nn.Sequential(module.encoder.actor_encoder.net, module.pi.net)
 
 
-def linear_layers(module: Any) -> list[nn.Linear]:
-    """Those of the actor, from the observation to the mean action."""
-    return [one for one in actor(module).modules() if isinstance(one, nn.Linear)]
-
-
 def exported(module: Any, run: Run) -> Layers:
     """The actor as a policy file wants it.
 
@@ -437,10 +407,7 @@ def exported(module: Any, run: Run) -> Layers:
     Raises:
         RuntimeError: the policy file would not do what the module does.
     """
-    layers = [
-        (one.weight.detach().numpy().T.copy(), one.bias.detach().numpy().copy())
-        for one in linear_layers(module)
-    ]
+    layers = perceptron.layers_of(actor(module))
     policy = NetworkPolicy(layers, run.about({}), make_params(run.config.task))
     size = (COMPARED, len(observation.NAMES))
     seen = np.random.default_rng(0).standard_normal(size, dtype=np.float32)
@@ -455,38 +422,6 @@ def exported(module: Any, run: Run) -> Layers:
             f"the exported policy differs by {difference:.1e} from the one that was trained"
         )
     return layers
-
-
-def put_layers(module: Any, layers: Layers) -> None:
-    """Gives the actor the weights of a policy file.
-
-    Raises:
-        ValueError: layers of other sizes.
-    """
-    own = linear_layers(module)
-    wanted = [tuple(one.weight.shape)[::-1] for one in own]
-    given = [weight.shape for weight, _ in layers]
-    if wanted != given:
-        raise ValueError(
-            f"layers of sizes {given} do not fit the actor's {wanted}: choose --hidden after them"
-        )
-    with torch.no_grad():
-        for one, (weight, bias) in zip(own, layers, strict=True):
-            one.weight.copy_(torch.as_tensor(weight.T))
-            one.bias.copy_(torch.as_tensor(bias))
-
-
-def begin(algorithm: PPO, config: Config, start: Layers | None) -> None:
-    """Gives an untrained learner what it begins with: weights of a file, then imitation."""
-    module = module_of(algorithm)
-    with torch.no_grad():
-        module.pi.log_std.fill_(config.log_std_init)
-    if start is not None:
-        put_layers(module, start)
-    if config.imitation_rounds:
-        rounds = config.imitation_rounds
-        with tqdm(total=rounds, unit=" round", desc="imitation", file=sys.stderr) as bar:
-            imitate(actor(module), config, bar)
 
 
 def hand_out(algorithm: PPO) -> None:
@@ -521,7 +456,10 @@ def train(config: Config) -> None:
     with tracking.tracked(config, run.folder), connected(config):
         algorithm, began = settings(config, done).build_algo(), time.monotonic()
         if last is None:
-            begin(algorithm, config, start)
+            module = module_of(algorithm)
+            with torch.no_grad():
+                module.pi.log_std.fill_(config.log_std_init)
+            perceptron.begin(actor(module), config, start)
         else:
             algorithm.restore_from_path(last.absolute())
         hand_out(algorithm)

@@ -11,5 +11,5 @@ HASTY = RouteGains(radius=2.8, runout=0.25)
 
 
 def teacher(params: EnvParams) -> ScriptedPolicy:
-    """It saves a sixth of the time, and loses no delivery by it that a learner would miss."""
+    """For the worlds of these parameters."""
     return ScriptedPolicy(params, router=Router(params.hulls()[0], HASTY))
