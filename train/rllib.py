@@ -424,6 +424,14 @@ def exported(module: Any, run: Run) -> Layers:
     return layers
 
 
+def begin(algorithm: PPO, config: Config, start: Layers | None) -> None:
+    """Gives an untrained learner its noise, and its actor what it begins with."""
+    module = module_of(algorithm)
+    with torch.no_grad():
+        module.pi.log_std.fill_(config.log_std_init)
+    perceptron.begin(actor(module), config, start)
+
+
 def hand_out(algorithm: PPO) -> None:
     """Gives the learner's weights to all processes and waits until they have them.
 
@@ -456,10 +464,7 @@ def train(config: Config) -> None:
     with tracking.tracked(config, run.folder), connected(config):
         algorithm, began = settings(config, done).build_algo(), time.monotonic()
         if last is None:
-            module = module_of(algorithm)
-            with torch.no_grad():
-                module.pi.log_std.fill_(config.log_std_init)
-            perceptron.begin(actor(module), config, start)
+            begin(algorithm, config, start)
         else:
             algorithm.restore_from_path(last.absolute())
         hand_out(algorithm)
