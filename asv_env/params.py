@@ -439,7 +439,7 @@ class RewardParams:
 
     closure: float = 0.2
     delivery: float = 1.0
-    precision: float = 0.1
+    precision: float = 1.0
     success: float = 4.0
     accuracy: float = 0.6
     strayed: float = 4.0

@@ -347,13 +347,14 @@ def test_boats_beside_the_hull_touch_nothing():
 
 
 def test_episodes_begin_midway_in_scripted_ones():
-    params = make_params("push")
-    midway = Midway.watched(params, range(10**9, 10**9 + 2))
-    starts = Starts(tiny(midway_starts=1.0), midway)
+    params, config = make_params("push"), tiny(midway_starts=1.0, mirror=True)
+    midway = Midway.watched(config, params, range(10**9, 10**9 + 2))
+    starts = Starts(config, midway)
     start = starts(params, np.random.default_rng(0))
     assert (start.motion == midway.motion).all(axis=(1, 2)).any()
     moving = np.abs(midway.motion[:, 0, 3:]).max(axis=1) > 0
     assert moving.mean() > 0.5
+    assert (midway.goal[:, 1] <= 0).all()
 
 
 def test_worlds_are_the_same_after_the_same_renewal():

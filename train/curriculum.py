@@ -26,7 +26,7 @@ BESIDE = 0.9
 """Width of the margin round the hull in which boats begin beside it, lengths of the vessel."""
 TRIES = 200
 """Places that are tried for each boat there."""
-LARGEST_STARTS = 4096
+LARGEST_STARTS = 16384
 """Number of midway states that are kept."""
 KEEP_EVERY = 10
 """Control ticks between two states that are kept."""
@@ -72,9 +72,10 @@ class Midway:
     goal: Float
 
     @classmethod
-    def watched(cls, params: EnvParams, seeds: range) -> Midway:
-        """Runs the scripted policy on the episodes of these seeds."""
-        simulation, policy = Simulation(params, len(seeds)), ScriptedPolicy(params)
+    def watched(cls, config: Config, params: EnvParams, seeds: range) -> Midway:
+        """Runs the scripted policy on the episodes of these seeds, as they begin in a training."""
+        simulation = Simulation(params, len(seeds), draw=Starts(config))
+        policy = ScriptedPolicy(params)
         observation, memory = simulation.reset(seeds=list(seeds)), None
         fresh = np.ones(len(seeds), dtype=np.bool_)
         motion, goal = [], []

@@ -22,7 +22,7 @@ from asv_env import observation
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
 from baselines.evaluate import recording
-from train import teacher
+from baselines.scripted import ScriptedPolicy
 from train.config import Config
 from train.curriculum import Starts, training_params
 
@@ -101,7 +101,7 @@ def _watched(
 ) -> Pairs:
     params = training_params(config, *group)
     simulation = Simulation(params, len(seeds), draw=Starts(config))
-    script, memory = teacher.teacher(params), None
+    script, memory = ScriptedPolicy(params), None
     rng = np.random.default_rng(seeds.start)
     seen = simulation.reset(seeds=list(seeds))
     fresh = np.ones(len(seeds), dtype=np.bool_)

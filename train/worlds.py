@@ -89,7 +89,7 @@ class Worlds(VecEnv):
             return None
         first = self._config.first_seed
         params = make_params(self._config.task, team, scenario)
-        return Midway.watched(params, range(first, first + WATCHED))
+        return Midway.watched(self._config, params, range(first, first + WATCHED))
 
     def reset(self) -> Any:
         """Begins new episodes everywhere."""
