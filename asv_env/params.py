@@ -437,13 +437,13 @@ class RewardParams:
     exactly the vessel was delivered.
     """
 
-    closure: float = 0.2
+    closure: float = 0.5
     delivery: float = 1.0
-    precision: float = 1.0
+    precision: float = 2.0
     success: float = 4.0
     accuracy: float = 0.6
     strayed: float = 4.0
-    time: float = 0.02
+    time: float = 0.05
     effort: float = 0.001
     collision: float = 0.01
 

@@ -3,14 +3,10 @@
 Progress terms are differences of potentials, so that they cannot be farmed: what is gained by
 going is lost by coming back. All terms but effort and collision are shared by the team.
 
-What is left to the goal is measured along a way that a vessel can go, because one that comes to its
-goal with a wrong heading has to go round again. By the distance alone it would pay to stay there.
-
 ==========  ====================================================================
 closure     towards the slots: fall of the boats' mean distance, vessel lengths
-delivery    towards the goal: fall of the length of the way that is left, vessel lengths; the
-            shortest legal one (``way``), near the goal no longer than four times the distance,
-            where a quarter of a metre counts for a radian of heading at the nominal size
+delivery    towards the goal: fall of the distance, a quarter of a metre counting for a radian
+            of heading at the nominal size, vessel lengths
 precision   rise of a bell round the goal, 8 cm (nominal size) and 0.2 rad wide
 success     1 at the tick at which the task is done; of a delivery, a share is paid by a narrow
             bell round the goal, 2 cm (nominal size) and 0.05 rad wide
@@ -30,23 +26,15 @@ import numpy as np
 from asv_env.formation import Relations
 from asv_env.params import NOMINAL_LENGTH, EnvParams, RewardParams
 from asv_env.types import Ending, Float, State
-from asv_env.way import shortest_way
 
 SHARED = ("closure", "delivery", "precision", "success", "strayed", "time")
-RADIUS = 0.5
-"""Of the tightest turns of a way, lengths of the vessel: about those of one that is pushed at one
-end of its side."""
 HEADING_WEIGHT = 0.25
-"""Distance that counts for a heading error, m/rad at the nominal size."""
-DETOUR = 4.0
-"""Largest way, in parts of the distance. It falls to nothing at the goal, where that of the
-shortest way does not: to get a centimetre aside takes a full turn."""
 BELL = (0.08, 0.2)
 """Width of the bell of precision, m at the nominal size and rad."""
 NARROW_BELL = (0.02, 0.05)
 """The same of a delivery's accuracy."""
-LARGEST_STEP = 5.0
-"""Bound on the rise of a potential in one tick; a missed goal costs a full turn and more."""
+LARGEST_STEP = 1.0
+"""Bound on the rise of a potential in one tick."""
 
 
 def potentials(relations: Relations, state: State, params: EnvParams) -> Float:
@@ -60,22 +48,11 @@ def potentials(relations: Relations, state: State, params: EnvParams) -> Float:
     distance, turn = relations.goal_error, np.abs(relations.heading_error)
     values = np.empty((len(distance), 4))
     values[:, 0] = off / (-length * np.add.reduce(state.working, axis=1))
-    values[:, 1] = _way(
-        relations, state, length, DETOUR * (distance + size * HEADING_WEIGHT * turn)
-    )
-    values[:, 1] /= -length
+    values[:, 1] = (distance + size * HEADING_WEIGHT * turn) / -length
     for column, (width, angle) in ((2, BELL), (3, NARROW_BELL)):
         bell = np.square(distance / (width * size)) + np.square(turn / angle)
         np.exp(-bell, out=values[:, column])
     return values
-
-
-def _way(relations: Relations, state: State, length: float, longest: Float) -> Float:
-    """Way (W,) that is left to the goal, m, for a team that pushes the vessel off its side."""
-    side = np.where(state.side < 0, -1.0, 1.0)
-    ahead = relations.goal * (1j * side)  # seen along -n or n, the way that the vessel goes
-    ways = shortest_way(ahead, -relations.heading_error, RADIUS * length)
-    return np.minimum(ways, longest)
 
 
 def terms(

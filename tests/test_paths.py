@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from asv_env.geometry import wrap
-from asv_env.way import shortest_way
 from baselines import braitenberg, brownian, dubins, pushing, spiral, two_arc
 from baselines.arcs import ArcPath, advance
 
@@ -723,22 +722,3 @@ def test_results_of_a_path_are_of_the_expected_types():
     )
     assert (path.joints.shape, path.centres.shape) == ((3, 3), (2, 2))
     assert dubins.shortest(GOAL, 0.2).length.shape == (3,)
-
-
-@given(goals, radii)
-def test_shortest_way_is_as_long_as_the_path(goal, radius):
-    x, y, heading = goal
-    ahead = np.array([1j * (x + 1j * y)])  # where the vessel goes along +x
-    found = shortest_way(ahead, np.array([heading]), radius)[0]
-    wanted = dubins.length(goal, radius)
-    # A turn that almost vanishes is none here, and may be a full one there.
-    assert found <= wanted + 1e-6
-    assert found >= wanted - 1e-6 or found >= np.hypot(x, y) - 1e-6
-
-
-def test_shortest_ways_of_many_goals():
-    goal = many_goals(20_000, seed=4)
-    ahead = 1j * (goal[:, 0] + 1j * goal[:, 1])
-    np.testing.assert_allclose(
-        shortest_way(ahead, goal[:, 2], 0.2), dubins.length(goal, 0.2), rtol=1e-9
-    )

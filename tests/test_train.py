@@ -19,6 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from asv_env import Simulation, make_params, observation
+from asv_env.geometry import wrap
 from baselines import evaluate, network
 from baselines.evaluate import recording
 from baselines.evaluate.results import read_csv
@@ -26,7 +27,7 @@ from baselines.sb3_policy import Sb3Policy
 from train import evaluation, export, imitation, networks, perceptron, run
 from train.__main__ import main
 from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
-from train.curriculum import Midway, Starts, grown
+from train.curriculum import NARROWEST, Midway, Starts, grown
 from train.ppo import Learner
 from train.residual import CorrectedVecEnv
 from train.worlds import Worlds
@@ -324,7 +325,19 @@ def test_what_grows_ends_where_the_task_is(share, scenario):
     some = grown(params, share)
     assert some.sensors.position_noise == share * params.sensors.position_noise
     assert some.variation.mass == share * params.variation.mass
-    assert some.task.goal_distance[1] == share * params.task.goal_distance[1]
+
+
+@given(share=st.floats(0, 1), seed=st.integers(0, 1000), side=st.sampled_from(["+n", "-n"]))
+def test_goals_widen_from_the_way_ahead(share, seed, side):
+    params, config = make_params("push", side=side), tiny(widening=0.5)
+    narrow, wide = (
+        Starts(config, share=some)(params, np.random.default_rng(seed)).goal for some in (share, 1)
+    )
+    assert np.hypot(*narrow[:2]) == pytest.approx(np.hypot(*wide[:2]))
+    ahead = -np.pi / 2 if side == "+n" else np.pi / 2
+    bearings = [wrap(np.arctan2(goal[1], goal[0]) - ahead) for goal in (narrow, wide)]
+    assert bearings[0] == pytest.approx(max(NARROWEST, share) * bearings[1], abs=1e-9)
+    assert narrow[2] == pytest.approx(max(NARROWEST, share) * wide[2])
 
 
 def test_goals_are_nearer_and_boats_beside_the_hull_as_often_as_asked_for():

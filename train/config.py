@@ -54,7 +54,7 @@ class Config:
         near_goals: share of episodes whose goals are nearer, by a factor drawn uniformly.
         near_starts: share of episodes in which the boats begin beside the hull.
         midway_starts: share of episodes that begin midway in one of the scripted policy.
-        widening: share of the training over which the farthest goals, noise and variation grow
+        widening: share of the training over which goals, at first ahead, noise and variation grow
             to their full size.
         imitation_rounds: of DAgger on the scripted policy before PPO; 0 learns from scratch.
         imitation_worlds: in which it is watched.

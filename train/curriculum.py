@@ -24,6 +24,8 @@ MIRROR = np.array([1.0, -1.0, -1.0])
 """Poses in the mirror of the x axis: the vessel begins at the origin along it."""
 BESIDE = 0.9
 """Width of the margin round the hull in which boats begin beside it, lengths of the vessel."""
+NARROWEST = 0.2
+"""Least share to which bearing and heading of goals are narrowed."""
 TRIES = 200
 """Places that are tried for each boat there."""
 LARGEST_STARTS = 16384
@@ -43,20 +45,21 @@ def training_params(config: Config, team: int, scenario: str) -> EnvParams:
 
 
 def grown(params: EnvParams, share: float) -> EnvParams:
-    """Parameters with noise and variation at a share of their size, and goals as near."""
-    sensors, variation, task = params.sensors, params.variation, params.task
+    """Parameters with noise and variation at a share of their size."""
+    sensors, variation = params.sensors, params.variation
     noise = {
         name: share * getattr(sensors, name)
         for name in ("position_noise", "heading_noise", "speed_noise", "yaw_rate_noise")
     }
     spread = {name: share * getattr(variation, name) for name in ("thrust", "drag", "mass")}
-    near, far = task.goal_distance
     return replace(
-        params,
-        sensors=replace(sensors, **noise),
-        variation=replace(variation, **spread),
-        task=replace(task, goal_distance=(share * near, share * far)),
+        params, sensors=replace(sensors, **noise), variation=replace(variation, **spread)
     )
+
+
+def share_grown(config: Config, progress: float) -> float:
+    """How far goals, noise and variation have grown when the training has come to ``progress``."""
+    return min(1.0, progress / config.widening) if config.widening else 1.0
 
 
 @dataclass(frozen=True)
@@ -99,10 +102,12 @@ class Starts:
     Args:
         config: of the run.
         midway: where ``config.midway_starts`` is above 0.
+        share: of half a turn by which goals may lie off the way ahead, and be turned.
     """
 
-    def __init__(self, config: Config, midway: Midway | None = None) -> None:
+    def __init__(self, config: Config, midway: Midway | None = None, share: float = 1.0) -> None:
         self._config, self._midway = config, midway
+        self._share = max(NARROWEST, share)
 
     def __call__(
         self, params: EnvParams, rng: np.random.Generator, goal: Float | None = None
@@ -123,11 +128,20 @@ class Starts:
         if config.mirror and start.goal[1] > 0:
             start.goal *= MIRROR
             start.motion[:, :3] *= MIRROR
+        _narrow(start, self._share)
         if nearer < config.near_goals:
             start.goal *= rng.random()
         if beside < config.near_starts:
             _put_beside(start.motion, params, rng)
         return start
+
+
+def _narrow(start: Start, share: float) -> None:
+    """Turns a goal towards where the team pushes, and to the heading of the vessel, in place."""
+    ahead = 1j * start.side
+    goal = complex(*start.goal[:2]) * ahead
+    goal = abs(goal) * np.exp(1j * share * np.angle(goal)) / ahead
+    start.goal[:] = goal.real, goal.imag, share * start.goal[2]
 
 
 def _put_beside(motion: Float, params: EnvParams, rng: np.random.Generator) -> None:

@@ -17,7 +17,7 @@ from asv_env.presets import make_params
 from asv_env.sb3_env import BoatVecEnv
 from asv_env.types import Action
 from train.config import Config
-from train.curriculum import Midway, Starts, grown, training_params
+from train.curriculum import Midway, Starts, grown, share_grown, training_params
 from train.residual import CorrectedVecEnv
 
 WATCHED = 64
@@ -34,7 +34,7 @@ class Worlds(VecEnv):
     def __init__(self, config: Config) -> None:
         self._config = config
         self._groups = list(product(config.teams, config.scenarios))
-        self._starts = [Starts(config, self._midway(*group)) for group in self._groups]
+        self._midways = [self._midway(*group) for group in self._groups]
         self._parts = self._made(0.0)
         rows = [part.num_envs for part in self._parts]
         self._cuts = np.cumsum(rows)[:-1]
@@ -60,7 +60,7 @@ class Worlds(VecEnv):
 
     def _made(self, progress: float) -> list[BoatVecEnv]:
         config, groups = self._config, len(self._groups)
-        share = min(1.0, progress / config.widening) if config.widening else 1.0
+        share = share_grown(config, progress)
         made: Any = BoatVecEnv
         if config.residual:
             made = partial(CorrectedVecEnv, share=config.residual)
@@ -74,7 +74,7 @@ class Worlds(VecEnv):
                     team,
                     scenario,
                     stagger=True,
-                    draw=self._starts[number],
+                    draw=Starts(config, self._midways[number], share),
                     with_state=config.critic == "central",
                     clock=params.clock,
                     sensors=params.sensors,
