@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import types
+from collections import deque
 from contextlib import redirect_stderr
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
+from stable_baselines3.common.logger import configure
 
 from asv_env import Simulation, make_params, observation
 from asv_env.geometry import wrap
@@ -27,8 +29,8 @@ from baselines.sb3_policy import Sb3Policy
 from train import evaluation, export, imitation, networks, perceptron, run
 from train.__main__ import main
 from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
-from train.curriculum import NARROWEST, Midway, Starts, grown
-from train.ppo import Learner
+from train.curriculum import Midway, Starts, grown
+from train.ppo import Keeper, Learner
 from train.residual import CorrectedVecEnv
 from train.worlds import Worlds
 
@@ -230,9 +232,12 @@ def test_what_makes_no_sense_is_refused_before_anything_is_made(options, said, t
     assert not (tmp_path / "run").exists()
 
 
-def test_a_policy_of_another_task_is_no_beginning(trained, tmp_path):
-    options = ("--out", tmp_path / "run", "--task", "approach")
-    assert "for the task push" in refusal(*options, "--init-from", trained / "best.npz")
+def test_a_policy_that_observes_otherwise_is_no_beginning(trained, tmp_path):
+    layers, about = network.read(trained / "best.npz")
+    network.save(tmp_path / "old.npz", layers, replace(about, observation_version=0))
+    refused = refusal("--out", tmp_path / "run", "--init-from", tmp_path / "old.npz")
+    assert "observes by version 0" in refused
+    assert not (tmp_path / "run").exists()
 
 
 def test_a_policy_file_is_a_beginning(trained, tmp_path):
@@ -329,15 +334,15 @@ def test_what_grows_ends_where_the_task_is(share, scenario):
 
 @given(share=st.floats(0, 1), seed=st.integers(0, 1000), side=st.sampled_from(["+n", "-n"]))
 def test_goals_widen_from_the_way_ahead(share, seed, side):
-    params, config = make_params("push", side=side), tiny(widening=0.5)
+    params, config = make_params("push", side=side), tiny()
     narrow, wide = (
         Starts(config, share=some)(params, np.random.default_rng(seed)).goal for some in (share, 1)
     )
     assert np.hypot(*narrow[:2]) == pytest.approx(np.hypot(*wide[:2]))
     ahead = -np.pi / 2 if side == "+n" else np.pi / 2
     bearings = [wrap(np.arctan2(goal[1], goal[0]) - ahead) for goal in (narrow, wide)]
-    assert bearings[0] == pytest.approx(max(NARROWEST, share) * bearings[1], abs=1e-9)
-    assert narrow[2] == pytest.approx(max(NARROWEST, share) * wide[2])
+    assert bearings[0] == pytest.approx(share * bearings[1], abs=1e-9)
+    assert narrow[2] == pytest.approx(share * wide[2])
 
 
 def test_goals_are_nearer_and_boats_beside_the_hull_as_often_as_asked_for():
@@ -368,6 +373,28 @@ def test_episodes_begin_midway_in_scripted_ones():
     moving = np.abs(midway.motion[:, 0, 3:]).max(axis=1) > 0
     assert moving.mean() > 0.5
     assert (midway.goal[:, 1] <= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("succeed", "share"), [([1, 1, 1, 0, 1], 0.5), ([1, 1, 0], 0.2), ([], 0.2)]
+)
+def test_the_curriculum_widens_where_most_episodes_succeed(succeed, share, tmp_path):
+    config = tiny(widening=0.3, out=tmp_path)
+    worlds = Worlds(config)
+    learner = Learner.made(config, worlds)
+    learner.set_logger(configure(None, []))
+    learner.ep_success_buffer = deque(succeed)
+    keeper = Keeper(run.Run(config), worlds, None, None)
+    keeper.init_callback(learner)
+    keeper.widen()
+    assert learner.share == pytest.approx(share)
+    assert not learner.ep_success_buffer
+    learner.save(tmp_path / "kept.zip")
+    assert Learner.load(tmp_path / "kept.zip", device="cpu").share == learner.share
+    for _ in range(9):
+        learner.ep_success_buffer = deque([1])
+        keeper.widen()
+    assert learner.share == 1.0
 
 
 def test_worlds_are_the_same_after_the_same_renewal():

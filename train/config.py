@@ -43,7 +43,7 @@ class Config:
         seed: of the run, from 0; the seeds of its worlds follow from it.
         out: folder of the run; below runs/train by default.
         overwrite: begin anew where the folder holds a run.
-        init_from: policy file (.npz) with whose weights the actor begins.
+        init_from: policy file (.npz), of any task, with whose weights the actor begins.
         demonstrations: folder of recorded episodes that are imitated too.
         num_envs: worlds side by side, shared out over teams and scenarios.
         teams: numbers of boats, mixed; one that is named twice gets twice the worlds.
@@ -54,8 +54,10 @@ class Config:
         near_goals: share of episodes whose goals are nearer, by a factor drawn uniformly.
         near_starts: share of episodes in which the boats begin beside the hull.
         midway_starts: share of episodes that begin midway in one of the scripted policy.
-        widening: share of the training over which goals, at first ahead, noise and variation grow
-            to their full size.
+        narrowest: share of half a turn by which goals lie off the way ahead, and are turned, in
+            the beginning; noise and variation begin with that share too.
+        widening: what is added to it at a checkpoint where most episodes succeed; 0 begins with
+            the task as it is.
         imitation_rounds: of DAgger on the scripted policy before PPO; 0 learns from scratch.
         imitation_worlds: in which it is watched.
         imitation_time: of a round, s in every world.
@@ -111,6 +113,7 @@ class Config:
     near_goals: float = 0.0
     near_starts: float = 0.0
     midway_starts: float = 0.0
+    narrowest: float = 0.2
     widening: float = 0.0
 
     imitation_rounds: int = 8
@@ -165,7 +168,8 @@ class Config:
             check_whole(self, name, 1)
         for name in ["seed", "imitation_rounds", "critic_updates", "num_env_runners"]:
             check_whole(self, name, 0)
-        shares = "near_goals near_starts midway_starts widening residual gamma gae_lambda"
+        shares = "near_goals near_starts midway_starts narrowest widening residual "
+        shares += "gamma gae_lambda"
         check_numbers(self, shares, 0.0, 1.0)
         rates = "learning_rate actor_learning_rate clip_coef max_grad_norm imitation_time"
         check_numbers(self, rates, 1e-12)
@@ -202,6 +206,11 @@ class Config:
     def first_seed(self) -> int:
         """Of the worlds of this run."""
         return seeds.TRAINING.start + self.seed * SEEDS_OF_A_RUN
+
+    @property
+    def first_share(self) -> float:
+        """Of half a turn by which goals lie off the way ahead in the beginning."""
+        return self.narrowest if self.widening else 1.0
 
     @property
     def decide_every(self) -> int:

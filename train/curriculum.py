@@ -1,8 +1,7 @@
 """What is learned first: easier episodes, which become the task's own as the training goes on.
 
-Goals are nearer, boats begin beside the hull, episodes begin midway in one of the scripted policy,
-noise and variation are small. How much of that there is depends on the configuration and on the
-progress of the training alone, so that a run that was stopped goes on where it was.
+Goals are nearer, boats begin beside the hull, episodes begin midway in one of the scripted policy;
+goals lie ahead and are hardly turned, noise and variation are small.
 """
 
 from __future__ import annotations
@@ -24,8 +23,6 @@ MIRROR = np.array([1.0, -1.0, -1.0])
 """Poses in the mirror of the x axis: the vessel begins at the origin along it."""
 BESIDE = 0.9
 """Width of the margin round the hull in which boats begin beside it, lengths of the vessel."""
-NARROWEST = 0.2
-"""Least share to which bearing and heading of goals are narrowed."""
 TRIES = 200
 """Places that are tried for each boat there."""
 LARGEST_STARTS = 16384
@@ -55,11 +52,6 @@ def grown(params: EnvParams, share: float) -> EnvParams:
     return replace(
         params, sensors=replace(sensors, **noise), variation=replace(variation, **spread)
     )
-
-
-def share_grown(config: Config, progress: float) -> float:
-    """How far goals, noise and variation have grown when the training has come to ``progress``."""
-    return min(1.0, progress / config.widening) if config.widening else 1.0
 
 
 @dataclass(frozen=True)
@@ -107,7 +99,7 @@ class Starts:
 
     def __init__(self, config: Config, midway: Midway | None = None, share: float = 1.0) -> None:
         self._config, self._midway = config, midway
-        self._share = max(NARROWEST, share)
+        self._share = share
 
     def __call__(
         self, params: EnvParams, rng: np.random.Generator, goal: Float | None = None

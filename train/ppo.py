@@ -33,6 +33,12 @@ RATES = (1e-6, 1e-3)
 """Smallest and largest learning rate of the actor."""
 
 
+WIDENS = 0.8
+"""Share of the episodes that succeed where the curriculum widens."""
+WINDOW = 2048
+"""Ends of boats' episodes over which means are logged, and that share is taken."""
+
+
 class Learner(PPO):
     """PPO whose actor and critic have learning rates of their own.
 
@@ -46,6 +52,7 @@ class Learner(PPO):
         actor_rate: learning rate of the actor.
         seconds: of training so far, over all parts of the run.
         best: merit of the best policy so far, s.
+        share: to which goals, noise and variation have grown.
         chance: states of the random generators at the checkpoint.
     """
 
@@ -53,6 +60,7 @@ class Learner(PPO):
     actor_rate: float
     seconds = 0.0
     best = float("inf")
+    share = 1.0
     chance: Any = None
 
     @classmethod
@@ -75,9 +83,11 @@ class Learner(PPO):
             max_grad_norm=config.max_grad_norm,
             target_kl=config.target_kl,
             policy_kwargs=networks.policy_options(config),
+            stats_window_size=WINDOW,
             device="cpu",
         )
         learner.config, learner.actor_rate = config, config.actor_learning_rate
+        learner.share = config.first_share
         return learner
 
     def _setup_model(self) -> None:
@@ -158,10 +168,11 @@ class Keeper(BaseCallback):
         if now != self._resumed:  # else that was done before the run was stopped
             if evaluates:
                 self.evaluate()
+            self.widen()
             self.save()
         rows = self.training_env.num_envs
         seed = config.first_seed + now // rollout * rows % (SEEDS_OF_A_RUN - rows)
-        self.model._last_obs = self._worlds.renew(now / config.total_timesteps, seed)
+        self.model._last_obs = self._worlds.renew(self.model.share, seed)
         self.model._last_episode_starts = np.ones(rows, dtype=bool)
 
     def evaluate(self) -> None:
@@ -177,6 +188,15 @@ class Keeper(BaseCallback):
         for name, value in evaluation.told(scores).items():
             model.logger.record(name, value)
         self._bar.set_postfix_str(evaluation.headline(scores))
+
+    def widen(self) -> None:
+        """Lets goals, noise and variation grow where most episodes have succeeded."""
+        ended, config = self.model.ep_success_buffer, self._run.config
+        if ended and np.mean(ended) >= WIDENS:
+            self.model.share = min(1.0, self.model.share + config.widening)
+        if ended:
+            ended.clear()
+        self.model.logger.record("rollout/share", self.model.share)
 
     def save(self) -> None:
         """Writes the checkpoint."""

@@ -143,7 +143,7 @@ def initial_layers(config: Config) -> Layers | None:
     """Of the policy file with which learning begins, if there is one.
 
     Raises:
-        ValueError: a policy of another task, kind of action or version of the observation, or of
+        ValueError: a policy of another kind of action or version of the observation, or of
             another activation.
         FileNotFoundError: there is no such file.
     """
@@ -151,7 +151,7 @@ def initial_layers(config: Config) -> Layers | None:
         return None
     layers, about = network.read(config.init_from)
     try:
-        NetworkPolicy(layers, about, make_params(config.task))
+        NetworkPolicy(layers, about, make_params(about.tasks[0]))
     except ValueError as error:
         raise ValueError(f"--init-from {config.init_from}: {error}") from error
     if about.activation != config.activation:

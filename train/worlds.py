@@ -17,7 +17,7 @@ from asv_env.presets import make_params
 from asv_env.sb3_env import BoatVecEnv
 from asv_env.types import Action
 from train.config import Config
-from train.curriculum import Midway, Starts, grown, share_grown, training_params
+from train.curriculum import Midway, Starts, grown, training_params
 from train.residual import CorrectedVecEnv
 
 WATCHED = 64
@@ -35,32 +35,31 @@ class Worlds(VecEnv):
         self._config = config
         self._groups = list(product(config.teams, config.scenarios))
         self._midways = [self._midway(*group) for group in self._groups]
-        self._parts = self._made(0.0)
+        self._parts = self._made(config.first_share)
         rows = [part.num_envs for part in self._parts]
         self._cuts = np.cumsum(rows)[:-1]
         first = self._parts[0]
         super().__init__(sum(rows), first.observation_space, first.action_space)
 
-    def renew(self, progress: float, seed: int) -> Any:
+    def renew(self, share: float, seed: int) -> Any:
         """Makes all worlds anew and begins their episodes.
 
         Whatever was in them is gone: what follows depends on these two arguments alone.
 
         Args:
-            progress: of the training, 0 to 1, by which the curriculum goes.
+            share: to which goals, noise and variation have grown.
             seed: of the first world; the others count up from it.
 
         Returns:
             Observations of all rows.
         """
         self.close()
-        self._parts = self._made(progress)
+        self._parts = self._made(share)
         self.seed(seed)
         return self.reset()
 
-    def _made(self, progress: float) -> list[BoatVecEnv]:
+    def _made(self, share: float) -> list[BoatVecEnv]:
         config, groups = self._config, len(self._groups)
-        share = share_grown(config, progress)
         made: Any = BoatVecEnv
         if config.residual:
             made = partial(CorrectedVecEnv, share=config.residual)
