@@ -286,6 +286,7 @@ def demonstrations(tmp_path_factory):
     out = tmp_path_factory.mktemp("recorded")
     for seed in (10**9, 5):
         words = f"--task push --random-goals --seed {seed} --episodes 1 --record --workers 0"
+        words += " --policies scripted"
         evaluate.main([*words.split(), "--out", str(out / str(seed))])
     return out
 

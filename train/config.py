@@ -106,7 +106,7 @@ class Config:
 
     num_envs: int = 192
     teams: tuple[int, ...] = (4,)
-    scenarios: tuple[str, ...] = ("noisy",)
+    scenarios: tuple[str, ...] = ("noisy", "nominal")
     decision_rate: int = 5
     time_limit: float | None = None
     mirror: bool = False
@@ -117,9 +117,9 @@ class Config:
     widening: float = 0.0
 
     imitation_rounds: int = 8
-    imitation_worlds: int = 64
+    imitation_worlds: int = 128
     imitation_time: float = 60.0
-    imitation_steps: int = 1500
+    imitation_steps: int = 2000
 
     total_timesteps: int = 20_000_000
     learning_rate: float = 5e-4
@@ -239,8 +239,8 @@ def _plain(value: Any) -> Any:
 
 PRESETS = {
     "approach": Config(task="approach", imitation_time=40.0),
-    "push": Config(task="push"),
-    "transport": Config(task="transport", imitation_time=120.0),
+    "push": Config(task="push", imitation_time=90.0, time_limit=90.0),
+    "transport": Config(task="transport", imitation_time=120.0, mirror=True),
 }
 """Where to begin, by task."""
 
