@@ -37,7 +37,8 @@ from train.worlds import Worlds
 ROOT = Path(__file__).parents[1]
 TINY_OPTIONS = """
     --num-envs 8 --num-steps 16 --num-minibatches 2 --update-epochs 2 --hidden 16 16
-    --time-limit 5 --imitation-rounds 1 --imitation-worlds 4 --imitation-time 3
+    --scenarios noisy --time-limit 5
+    --imitation-rounds 1 --imitation-worlds 4 --imitation-time 3
     --imitation-steps 20 --critic-updates 1 --total-timesteps 4096 --checkpoint-every 1024
     --eval-every 2048 --eval-episodes 2 --torch-threads 1
 """
