@@ -22,7 +22,8 @@ if "ENGINES_MUST_RUN" not in os.environ:
 ROOT = Path(__file__).parents[1]
 TINY_OPTIONS = """
     --engine rllib --num-env-runners 2 --num-envs 4 --num-steps 16 --num-minibatches 2
-    --update-epochs 2 --hidden 16 16 --time-limit 5 --imitation-rounds 1 --imitation-worlds 4
+    --update-epochs 2 --hidden 16 16 --scenarios noisy --time-limit 5
+    --imitation-rounds 1 --imitation-worlds 4
     --imitation-time 3 --imitation-steps 20 --total-timesteps 1024 --checkpoint-every 256
     --eval-every 512 --eval-episodes 2 --torch-threads 1
 """
