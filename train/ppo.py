@@ -21,8 +21,7 @@ from tqdm import tqdm
 
 from train import evaluation, networks, perceptron, tracking
 from train.config import BAR, LEAST_RATE, SEEDS_OF_A_RUN, Config
-from train.imitation import check_recorded
-from train.run import BEST, TENSORBOARD, Run, initial_layers, write
+from train.run import BEST, TENSORBOARD, Run, opened, write
 from train.worlds import Worlds
 
 STEP = 1.3
@@ -31,8 +30,6 @@ BAND = 1.5
 """Factor from its target within which the divergence of an update is left alone."""
 RATES = (1e-6, 1e-3)
 """Smallest and largest learning rate of the actor."""
-
-
 WIDENS = 0.8
 """Share of the episodes that succeed where the curriculum widens."""
 WINDOW = 2048
@@ -219,14 +216,10 @@ def train(config: Config) -> None:
     """Trains, from the beginning or from the checkpoint that is there.
 
     Raises:
-        ValueError, OSError: something of what was asked for does not go; see ``Run.open``.
+        ValueError, OSError: something of what was asked for does not go; see ``opened``.
     """
     torch.set_num_threads(config.torch_threads)
-    start = initial_layers(config)
-    check_recorded(config)
-    tracking.check(config)
-    run = Run(config)
-    run.open()
+    run, start = opened(config)
     with tracking.tracked(config, run.folder):
         worlds, began = Worlds(config), time.monotonic()
         resumed = run.checkpoint.exists()

@@ -41,8 +41,7 @@ from baselines.network import Layers, NetworkPolicy
 from train import evaluation, perceptron, tracking
 from train.config import BAR, LEAST_RATE, SEEDS_OF_A_RUN, Config
 from train.curriculum import Starts, training_params
-from train.imitation import check_recorded
-from train.run import TENSORBOARD, Run, initial_layers, write
+from train.run import TENSORBOARD, Run, opened, write
 
 BOAT = "boat"
 """Name of the policy that all boats share."""
@@ -448,15 +447,11 @@ def train(config: Config) -> None:
 
     Raises:
         ValueError, OSError: something of what was asked for does not go; see ``check`` and
-            ``Run.open``.
+            ``opened``.
     """
     check(config)
     torch.set_num_threads(config.torch_threads)
-    start = initial_layers(config)
-    check_recorded(config)
-    tracking.check(config)
-    run = Run(config)
-    run.open()
+    run, start = opened(config)
     last, progress = Checkpoints(run.folder).last()
     done, total = progress.timesteps, config.total_timesteps
     if done >= total:

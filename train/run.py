@@ -27,7 +27,9 @@ from asv_env import observation
 from asv_env.presets import make_params
 from baselines import network, provenance
 from baselines.network import About, Layers, NetworkPolicy
+from train import tracking
 from train.config import Config
+from train.imitation import check_recorded
 
 LIBRARIES = {
     "sb3": ("numpy", "scipy", "pymunk", "gymnasium", "stable-baselines3", "torch"),
@@ -137,6 +139,23 @@ class Run:
             mirrors=self.config.mirror,
             card=card,
         )
+
+
+def opened(config: Config) -> tuple[Run, Layers | None]:
+    """The run with its folder, once all that was asked for is found to go.
+
+    Returns:
+        The run, and the layers with which learning begins where ``initial_layers`` has any.
+
+    Raises:
+        ValueError, OSError, ImportError: something does not go; nothing was made then.
+    """
+    start = initial_layers(config)
+    check_recorded(config)
+    tracking.check(config)
+    run = Run(config)
+    run.open()
+    return run, start
 
 
 def initial_layers(config: Config) -> Layers | None:
