@@ -33,13 +33,24 @@ def draw(params: EnvParams, rng: np.random.Generator, goal: Float | None = None)
     side = _side(params, goal)
     motion = np.zeros((1 + params.num_boats, 6))
     if params.task.name == "push":
-        boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP
-        boats = boats if side > 0 else boats.conj()
-        headings = np.full(params.num_boats, -side * np.pi / 2)
+        put_into_slots(motion, params, side)
     else:
         boats, headings = _scattered(params, rng)
-    motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
+        motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
     return Start(motion, goal, side, **_variation(params, rng))
+
+
+def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
+    """Places the boats in their slots, bows to the vessel, in place.
+
+    Args:
+        motion: (1 + B, 6) of the vessel, at the origin with heading 0, and the boats.
+        params: the environment's.
+        side: of the vessel on which they are, +1 or -1.
+    """
+    boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP
+    motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
+    motion[1:, 2] = -side * np.pi / 2
 
 
 def _goal(params: EnvParams, rng: np.random.Generator) -> Float:

@@ -9,7 +9,8 @@ from __future__ import annotations
 import json
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -122,7 +123,7 @@ class NetworkPolicy:
             sides, action = None, self.forward(observation)
         else:
             seen, sides = self._away.see(sensed, memory.sides if memory else None, fresh)
-            action = self.forward(self._observe(seen))
+            action = self.forward(observed(seen, self._params))
             action[..., 1] *= sides.side[:, None].astype(np.float32)
         if memory is not None:
             action = np.where(due[:, None, None], action, memory.action)
@@ -132,11 +133,6 @@ class NetworkPolicy:
         script = None if memory is None else memory.script
         acts, held.script = self._script.act(sensed, observation, script, fresh)
         return np.clip(acts + self._residual * action, -1.0, 1.0).astype(np.float32), held
-
-    def _observe(self, sensed: Sensed) -> Observation:
-        relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
-        holds = formation.holding(relations, self._params.task)
-        return observation.observe(sensed, relations, holds, self._params)
 
     def forward(self, observation: Observation) -> Action:
         """What the network says (W, A, 2), in [-1, 1], to observations (W, A, K).
@@ -148,6 +144,13 @@ class NetworkPolicy:
         for number, (weight, bias) in enumerate(self._layers):
             x = np.matmul(self._activation(x) if number else x, weight) + bias
         return np.clip(x, -1.0, 1.0).astype(np.float32)
+
+
+def observed(sensed: Sensed, params: EnvParams) -> Observation:
+    """What boats observe (W, A, K) of what is sensed, such as a world seen from another side."""
+    relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
+    holds = formation.holding(relations, params.task)
+    return observation.observe(sensed, relations, holds, params)
 
 
 def _check_fit(layers: Layers, about: About, params: EnvParams) -> None:
@@ -175,12 +178,21 @@ def _check_fit(layers: Layers, about: About, params: EnvParams) -> None:
 
 def save(path: Path, layers: Layers, about: About) -> None:
     """Writes a policy file (``.npz``)."""
-    arrays: dict[str, Any] = {
-        f"{name}_{number}": np.asarray(array, dtype=np.float32)
+    np.savez_compressed(path, **told(asdict(about)), **arrays(layers))
+
+
+def told(about: Mapping[str, Any]) -> dict[str, Any]:
+    """What a policy file says of itself, as an array."""
+    return {"about": np.array(json.dumps(about))}
+
+
+def arrays(layers: Layers, prefix: str = "") -> dict[str, Any]:
+    """Layers as arrays by their names in a policy file."""
+    return {
+        f"{prefix}{name}_{number}": np.asarray(array, dtype=np.float32)
         for number, layer in enumerate(layers)
         for name, array in zip(("weight", "bias"), layer, strict=True)
     }
-    np.savez_compressed(path, about=np.array(json.dumps(asdict(about))), **arrays)
 
 
 def read(path: Path) -> tuple[Layers, About]:
@@ -190,20 +202,45 @@ def read(path: Path) -> tuple[Layers, About]:
         ValueError: it is not such a file, or of another format.
         FileNotFoundError: there is none.
     """
+    with contents(path, FORMAT) as (about, file):
+        return layers_in(file), about_of(about)
+
+
+@contextmanager
+def contents(path: Path, format: str) -> Iterator[tuple[dict[str, Any], Mapping[str, Any]]]:
+    """What a policy file says of itself, and its arrays by name.
+
+    Raises:
+        ValueError: it is no policy file, or what is made of it in the context does not go.
+        FileNotFoundError: there is none.
+    """
     if path.is_file() and not zipfile.is_zipfile(path):
         raise ValueError(f"{path} is not a policy file: not an NPZ")
     try:
         with np.load(path, allow_pickle=False) as file:
-            fields_of = json.loads(str(file["about"]))
-            count = sum(name.startswith("weight_") for name in file)
-            layers = [(file[f"weight_{n}"], file[f"bias_{n}"]) for n in range(count)]
-        about = About(**{**fields_of, "tasks": tuple(fields_of.get("tasks", TASKS))})
-        _check_layers(layers)
+            yield json.loads(str(file["about"])), file
     except (*UNREADABLE, KeyError, ValueError, TypeError, AttributeError) as error:
         raise ValueError(
-            f"{path} is not a policy file of the format {FORMAT!r}: {error}"
+            f"{path} is not a policy file of the format {format!r}: {error}"
         ) from error
-    return layers, about
+
+
+def about_of(fields_of: Mapping[str, Any]) -> About:
+    """From JSON."""
+    return About(**{**fields_of, "tasks": tuple(fields_of.get("tasks", TASKS))})
+
+
+def layers_in(file: Mapping[str, Any], prefix: str = "") -> Layers:
+    """Layers from arrays by name.
+
+    Raises:
+        ValueError: they are not those of a perceptron.
+        KeyError: some are missing.
+    """
+    count = sum(name.startswith(f"{prefix}weight_") for name in file)
+    layers = [(file[f"{prefix}weight_{n}"], file[f"{prefix}bias_{n}"]) for n in range(count)]
+    _check_layers(layers)
+    return layers
 
 
 def _check_layers(layers: Layers) -> None:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import tyro
 
-from asv_env.checks import check_number, check_numbers, check_whole, choice
+from asv_env.checks import check_numbers, check_whole, choice
 from asv_env.params import TASKS, ClockParams, check_num_boats
 from asv_env.presets import SCENARIOS
 from baselines.evaluate import seeds
@@ -53,6 +53,7 @@ class Config:
         mirror: train with goals ahead of the team alone, and mirror the world where they are not.
         near_goals: share of episodes whose goals are nearer, by a factor drawn uniformly.
         near_starts: share of episodes in which the boats begin beside the hull.
+        slot_starts: share of episodes in which the boats begin in their slots, as in Push.
         midway_starts: share of episodes that begin midway in one of the scripted policy.
         narrowest: share of half a turn by which goals lie off the way ahead, and are turned, in
             the beginning; noise and variation begin with that share too.
@@ -81,6 +82,7 @@ class Config:
         hidden: sizes of the layers of actor and critic.
         activation: between them.
         log_std_init: of the actions when PPO begins.
+        log_std_min: below which that of the actions does not fall while PPO learns.
         residual: share of a full action by which the actor corrects the scripted policy, which
             then acts too; 0 lets it act alone.
         critic: own sees what its boat observes, central the state of its world.
@@ -112,6 +114,7 @@ class Config:
     mirror: bool = False
     near_goals: float = 0.0
     near_starts: float = 0.0
+    slot_starts: float = 0.0
     midway_starts: float = 0.0
     narrowest: float = 0.2
     widening: float = 0.0
@@ -140,6 +143,7 @@ class Config:
     hidden: tuple[int, ...] = (128, 128)
     activation: Activation = "relu"
     log_std_init: float = -3.0
+    log_std_min: float = -10.0
     residual: float = 0.0
     critic: Critic = "own"
 
@@ -168,13 +172,13 @@ class Config:
             check_whole(self, name, 1)
         for name in ["seed", "imitation_rounds", "critic_updates", "num_env_runners"]:
             check_whole(self, name, 0)
-        shares = "near_goals near_starts midway_starts narrowest widening residual "
+        shares = "near_goals near_starts slot_starts midway_starts narrowest widening residual "
         shares += "gamma gae_lambda"
         check_numbers(self, shares, 0.0, 1.0)
         rates = "learning_rate actor_learning_rate clip_coef max_grad_norm imitation_time"
         check_numbers(self, rates, 1e-12)
         check_numbers(self, "ent_coef vf_coef", 0.0)
-        check_number(self, "log_std_init", -10.0, 2.0)
+        check_numbers(self, "log_std_init log_std_min", -10.0, 2.0)
         self._check_together()
 
     def _check_together(self) -> None:

@@ -109,7 +109,7 @@ class Starts:
         if goal is not None:
             return start
         config = self._config
-        nearer, beside, midway = rng.random(3)
+        nearer, beside, slots, midway = rng.random(4)
         if self._midway is not None and midway < config.midway_starts:
             chosen = rng.integers(len(self._midway.goal))
             return replace(
@@ -125,6 +125,8 @@ class Starts:
             start.goal *= rng.random()
         if beside < config.near_starts:
             _put_beside(start.motion, params, rng)
+        if slots < config.slot_starts:
+            scenarios.put_into_slots(start.motion, params, rng.choice([1.0, -1.0]))
         return start
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asv_env.params import EnvParams
+from asv_env.params import EnvParams, TaskParams
 from asv_env.presets import make_params
 from baselines import runner
 from baselines.episodes import Episode
@@ -62,10 +62,19 @@ def evaluate(layers: Layers, about: About, config: Config, now: tuple[int, float
     """
     scores = []
     for team, scenario in dict.fromkeys(product(config.teams, config.scenarios)):
-        params = make_params(config.task, team, scenario)
+        params = make_params(config.task, team, scenario, side=side(config))
         episodes = run(layers, about, params, config)
         scores.append(score(episodes, params, scenario, now))
     return scores
+
+
+def side(config: Config) -> str:
+    """Of the vessel on which the team is evaluated.
+
+    In Push the boats begin in their slots: those of a policy that finds the goal ahead of them
+    begin on the side away from it.
+    """
+    return "goal" if config.mirror and config.task == "push" else TaskParams.side
 
 
 def run(layers: Layers, about: About, params: EnvParams, config: Config) -> list[Episode]:
@@ -113,6 +122,7 @@ def assess(run: Run, layers: Layers, timesteps: int, seconds: float, best: float
         "timesteps": timesteps,
         "training_seeds": [first, first + SEEDS_OF_A_RUN - 1],
         "development": [vars(one) for one in scores],
+        "began_with": run.began_with,
     }
     if merit(scores) < best:
         run.save_policy(f"{BEST}{SUFFIX}", layers, card)

@@ -30,7 +30,7 @@ BAND = 1.5
 """Factor from its target within which the divergence of an update is left alone."""
 RATES = (1e-6, 1e-3)
 """Smallest and largest learning rate of the actor."""
-WIDENS = 0.8
+WIDENS = 0.75
 """Share of the episodes that succeed where the curriculum widens."""
 WINDOW = 2048
 """Ends of boats' episodes over which means are logged, and that share is taken."""
@@ -111,9 +111,11 @@ class Learner(PPO):
         return max(LEAST_RATE, self._current_progress_remaining) if self.config.anneal_lr else 1.0
 
     def train(self) -> None:
-        """An update, after which the actor's learning rate follows the divergence."""
+        """An update; then the noise is kept up, and the actor's rate follows the divergence."""
         waits = self._n_updates < self.config.critic_updates * self.n_epochs
         super().train()
+        with torch.no_grad():
+            self.policy.log_std.clamp_(min=self.config.log_std_min)
         if waits or self.config.adapt_kl is None:
             return
         share = self.logger.name_to_value["train/approx_kl"] / (self.config.adapt_kl * self.left)

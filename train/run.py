@@ -72,8 +72,11 @@ class Run:
         """File of the evaluations."""
         return self.folder / "curve.csv"
 
-    def open(self) -> None:
+    def open(self, began_with: dict[str, Any] | None = None) -> None:
         """Begins the run, or goes on with the one that is there.
+
+        Args:
+            began_with: card of the policy file with which learning begins, if it does.
 
         Raises:
             ValueError: the folder holds another run, or one that this code cannot go on with.
@@ -90,8 +93,16 @@ class Run:
                 f"{self.folder} holds something else than a run: choose another folder with --out"
             )
         self.folder.mkdir(parents=True, exist_ok=True)
-        told = {"options": self.config.learned(), **self._versions(), **_made_by(self.config)}
+        told = {"options": self.config.learned(), "began_with": began_with}
+        told |= self._versions() | _made_by(self.config)
         write(file, lambda part: part.write_text(json.dumps(told, indent=2) + "\n"))
+
+    @property
+    def began_with(self) -> dict[str, Any] | None:
+        """Card of the policy file with which learning began."""
+        told = json.loads((self.folder / "config.json").read_text(encoding="utf-8"))
+        card: dict[str, Any] | None = told["began_with"]
+        return card
 
     def _clear(self) -> None:
         for name in (*OWN, TENSORBOARD):
@@ -145,21 +156,21 @@ def opened(config: Config) -> tuple[Run, Layers | None]:
     """The run with its folder, once all that was asked for is found to go.
 
     Returns:
-        The run, and the layers with which learning begins where ``initial_layers`` has any.
+        The run, and the layers with which learning begins where ``initial`` has any.
 
     Raises:
         ValueError, OSError, ImportError: something does not go; nothing was made then.
     """
-    start = initial_layers(config)
+    start, card = initial(config)
     check_recorded(config)
     tracking.check(config)
     run = Run(config)
-    run.open()
+    run.open(card)
     return run, start
 
 
-def initial_layers(config: Config) -> Layers | None:
-    """Of the policy file with which learning begins, if there is one.
+def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]:
+    """Layers and card of the policy file with which learning begins, if there is one.
 
     Raises:
         ValueError: a policy of another kind of action or version of the observation, or of
@@ -167,7 +178,7 @@ def initial_layers(config: Config) -> Layers | None:
         FileNotFoundError: there is no such file.
     """
     if config.init_from is None:
-        return None
+        return None, None
     layers, about = network.read(config.init_from)
     try:
         NetworkPolicy(layers, about, make_params(about.tasks[0]))
@@ -178,7 +189,7 @@ def initial_layers(config: Config) -> Layers | None:
             f"--init-from {config.init_from}: its activation is {about.activation!r}: train with "
             f"--activation {about.activation}"
         )
-    return layers
+    return layers, about.card
 
 
 def write(path: Path, save: Callable[[Path], object]) -> None:

@@ -22,7 +22,7 @@ import numpy as np
 from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
-from baselines import network, provenance
+from baselines import learned, network, provenance
 from baselines.evaluate.arms import Suite
 from baselines.paper import PaperPolicy
 from baselines.policy import Idle, Policy, Random
@@ -33,6 +33,7 @@ from baselines.scripted import ScriptedPolicy
 POLICIES: dict[str, Callable[[EnvParams], Policy]] = {
     "scripted": ScriptedPolicy,
     "paper": PaperPolicy,
+    "learned": learned.learned_policy,
     "idle": Idle,
     "random": Random,
 }
@@ -100,10 +101,12 @@ class Source:
             )
 
     def fingerprint(self) -> str:
-        """A digest of what it is; for a policy of this package, which it is.
+        """A digest of what it is; for a scripted policy of this package, which it is.
 
         Of a class it covers the file in which it is written, not what that imports.
         """
+        if self.word == "learned":
+            return learned.fingerprint()
         if self.word in POLICIES:
             return self.word
         path = self.path or Path(inspect.getsourcefile(self._class()) or "")

@@ -1,0 +1,165 @@
+"""Policies of several networks in a file: one approaches the vessel, others push it.
+
+Each of them has a job that is learned in minutes to hours, and can be trained and watched alone.
+Which of them acts is decided as in the scripted policy: the team approaches until the vessel is in
+closure, then it pushes; when the goal is not reached in time it begins again, and then the next
+network pushes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from asv_env.params import NOMINAL_LENGTH, TASKS, EnvParams
+from asv_env.types import Action, Bool, Int, Observation, Sensed
+from baselines import network
+from baselines.network import About, Held, Layers, NetworkPolicy
+from baselines.policy import Policy
+from baselines.sides import SideAway, SideMemory
+
+FORMAT = "asv-env phases 1"
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One network and its job.
+
+    Attributes:
+        layers: of the network.
+        about: what it was made for.
+        patience: time after which its attempt is given up, s for a vessel of 0.40 m.
+    """
+
+    layers: Layers
+    about: About
+    patience: float = float("inf")
+
+
+@dataclass
+class PhaseMemory:
+    """What a team remembers.
+
+    Attributes:
+        sides: from which sides the teams push.
+        attempt: (W,) number of the attempt, from 0.
+        acts: (W,) number of the network that acts; 0 approaches.
+        ticks: (W,) for which it has acted.
+        held: of each network.
+    """
+
+    sides: SideMemory
+    attempt: Int
+    acts: Int
+    ticks: Int
+    held: Sequence[Held | None]
+
+
+class PhasedPolicy:
+    """Approaches from the side of the vessel away from the goal, then pushes.
+
+    Args:
+        phases: the network that approaches, then those that push: the first one in the first
+            attempt, and so on; the last one in all that are left.
+        params: of the environment.
+
+    Raises:
+        ValueError: they were made for other actions or other observations.
+    """
+
+    def __init__(self, phases: Sequence[Phase], params: EnvParams) -> None:
+        self._networks = [
+            NetworkPolicy(one.layers, replace(one.about, tasks=TASKS, mirrors=False), params)
+            for one in phases
+        ]
+        self._params = params
+        self._away = SideAway(params)
+        scale = params.vessel.length / NOMINAL_LENGTH * params.clock.control
+        self._patience = np.array([one.patience * scale for one in phases])
+
+    def act(
+        self, sensed: Sensed, observation: Observation, memory: PhaseMemory | None, fresh: Bool
+    ) -> tuple[Action, PhaseMemory]:
+        """See ``Policy.act``."""
+        if memory is None:
+            none = np.zeros(len(fresh), dtype=np.int64)
+            memory = PhaseMemory(None, none, none, none, [None] * len(self._networks))  # type: ignore[arg-type]
+        ticks = memory.ticks + 1
+        gives_up = ~fresh & (ticks >= self._patience[memory.acts])
+        begins = fresh | gives_up
+        attempt = np.where(fresh, 0, memory.attempt + gives_up)
+        seen, sides = self._away.see(sensed, memory.sides, begins)
+        pushes = seen.closed | ((memory.acts > 0) & ~begins)
+        acts = np.where(pushes, 1 + np.minimum(attempt, len(self._networks) - 2), 0)
+        changes = begins | (acts != memory.acts)
+        observed = network.observed(seen, self._params)
+        action = np.zeros((*sensed.slot.shape, 2), dtype=np.float32)
+        held = []
+        for number, one in enumerate(self._networks):
+            says, holds = one.act(seen, observed, memory.held[number], changes)
+            action = np.where((acts == number)[:, None, None], says, action)
+            held.append(holds)
+        action[..., 1] *= sides.side[:, None].astype(np.float32)
+        ticks = np.where(changes, 0, ticks)
+        return action, PhaseMemory(sides, attempt, acts, ticks, held)
+
+
+def save(path: Path, phases: Sequence[Phase], card: dict[str, Any]) -> None:
+    """Writes a policy file (``.npz``) of several networks.
+
+    Args:
+        path: of the file.
+        phases: the networks, see ``PhasedPolicy``.
+        card: where it comes from; free of form.
+    """
+    told = [{"about": asdict(one.about), "patience": one.patience} for one in phases]
+    weights: dict[str, Any] = {}
+    for number, one in enumerate(phases):
+        weights |= network.arrays(one.layers, f"phase_{number}_")
+    about = {"format": FORMAT, "phases": told, "card": card}
+    np.savez_compressed(path, **network.told(about), **weights)
+
+
+def read(path: Path) -> tuple[list[Phase], dict[str, Any]]:
+    """The networks of a policy file, and its card.
+
+    Raises:
+        ValueError: it is not such a file, or of another format.
+        FileNotFoundError: there is none.
+    """
+    with network.contents(path, FORMAT) as (about, file):
+        if about["format"] != FORMAT:
+            raise ValueError(f"format {about['format']!r}: this version reads {FORMAT!r}")
+        phases = [
+            Phase(
+                network.layers_in(file, f"phase_{number}_"),
+                network.about_of(one["about"]),
+                one["patience"],
+            )
+            for number, one in enumerate(about["phases"])
+        ]
+        if len(phases) < 2:
+            raise ValueError(f"{len(phases)} networks: there must be two at least")
+        return phases, about["card"]
+
+
+def load(path: Path, params: EnvParams) -> Policy:
+    """The policy of a file, of one network or of several, for an environment.
+
+    Raises:
+        ValueError: not a policy file, or a policy for something else.
+        FileNotFoundError: there is none.
+    """
+    with network.contents(path, FORMAT) as (about, _):
+        several = about.get("format") == FORMAT
+    if not several:
+        return network.load(path, params)
+    phases, _ = read(path)
+    try:
+        return PhasedPolicy(phases, params)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error

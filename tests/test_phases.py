@@ -1,0 +1,142 @@
+"""Policies of several networks: who acts when, and their file."""
+
+import numpy as np
+import pytest
+
+from asv_env import Simulation, make_params
+from baselines import network, phases
+from baselines.network import About, NetworkPolicy
+from baselines.phases import Phase, PhasedPolicy
+from baselines.scripted import ScriptedPolicy
+
+LAYERS = [(np.zeros((47, 2)), np.zeros(2))]
+
+
+def says(speed, patience=float("inf"), **about):
+    """A network that always says the same."""
+    return Phase([(np.zeros((47, 2)), np.array([speed, 0.0]))], About(**about), patience)
+
+
+def same(one, other):
+    return all(
+        np.array_equal(a, b)
+        for x, y in zip(one, other, strict=True)
+        for a, b in zip(x, y, strict=True)
+    )
+
+
+def who_acts(policy, params, ticks, worlds=3, fresh_at=None):
+    """(T, W) what the networks say as the vessel lies in closure, and nobody moves."""
+    sim = Simulation(params, worlds)
+    sim.reset(seeds=range(worlds))
+    memory, said = None, []
+    for tick in range(ticks):
+        fresh = np.full(worlds, tick == 0)
+        if fresh_at is not None and tick == fresh_at[0]:
+            fresh[fresh_at[1]] = True
+        action, memory = policy.act(sim.sensed, None, memory, fresh)
+        said.append(action[:, 0, 0].astype(float).round(2).tolist())
+    return np.array(said)
+
+
+def test_the_first_network_acts_until_the_vessel_is_in_closure():
+    """Driven by the script, each team's action changes once, when its vessel is held."""
+    params = make_params("transport", goal=(0.2, -0.9, 0.1))
+    policy, script = PhasedPolicy([says(0.1), says(0.2)], params), ScriptedPolicy(params)
+    sim, memory, drives = Simulation(params, 8), None, None
+    observation, fresh = sim.reset(seeds=range(8)), np.ones(8, dtype=bool)
+    was_closed = np.zeros(8, dtype=bool)
+    for _ in range(400):
+        was_closed |= sim.sensed.closed
+        action, memory = policy.act(sim.sensed, observation, memory, fresh)
+        wanted = np.where(was_closed, 0.2, 0.1)[:, None]
+        np.testing.assert_allclose(action[..., 0], np.broadcast_to(wanted, (8, 4)), rtol=1e-6)
+        action, drives = script.act(sim.sensed, observation, drives, fresh)
+        observation, fresh = sim.step(action).observation, np.zeros(8, dtype=bool)
+    assert was_closed.all()
+
+
+def test_networks_take_turns_where_attempts_fail():
+    """In closure a new attempt goes straight on to the next network; the last one stays."""
+    params = make_params("push", goal=(0.2, -0.9, 0.1))
+    policy = PhasedPolicy([says(0.1), says(0.2, 1.0), says(0.3, 2.0)], params)
+    said = who_acts(policy, params, 45, fresh_at=(25, 1))
+    assert said[:, 0].tolist() == [0.2] * 10 + [0.3] * 35
+    assert said[:, 1].tolist() == [0.2] * 10 + [0.3] * 15 + [0.2] * 10 + [0.3] * 10
+    assert np.array_equal(said[:, 0], said[:, 2])
+
+
+def test_a_team_on_the_side_of_the_goal_goes_round_first():
+    params = make_params("push", goal=(0.2, 0.9, 0.1))
+    assert (who_acts(PhasedPolicy([says(0.1), says(0.2)], params), params, 5) == 0.1).all()
+
+
+def test_a_larger_vessel_takes_longer():
+    params = make_params("push", num_boats=8, goal=(0.2, -0.9, 0.1))
+    length = params.vessel.length
+    policy = PhasedPolicy([says(0.1), says(0.2, 1.0), says(0.3)], params)
+    said = who_acts(policy, params, 40)
+    assert (said[:, 0] == 0.2).sum() == np.ceil(10 * length / 0.4)
+
+
+def test_worlds_do_not_depend_on_those_beside_them():
+    params, rng = make_params("transport"), np.random.default_rng(0)
+    nets = [
+        Phase([(rng.normal(size=(47, 2)), np.zeros(2))], About(decide_every=2), 1.0)
+        for _ in range(3)
+    ]
+    runs = []
+    for seeds in ([0, 1, 2], [1]):
+        policy, sim = PhasedPolicy(nets, params), Simulation(params, len(seeds))
+        observation, memory = sim.reset(seeds=seeds), None
+        fresh, actions = np.ones(len(seeds), dtype=bool), []
+        for _ in range(60):
+            action, memory = policy.act(sim.sensed, observation, memory, fresh)
+            observation, fresh = sim.step(action).observation, np.zeros(len(seeds), dtype=bool)
+            actions.append(action)
+        runs.append(np.array(actions))
+    assert np.array_equal(runs[0][:, 1], runs[1][:, 0])
+
+
+# ---------------------------------------------------------------- files
+
+
+def test_a_file_gives_back_what_was_written(tmp_path):
+    rng, file = np.random.default_rng(0), tmp_path / "two.npz"
+    wrote = [
+        Phase([(rng.normal(size=(47, 2)).astype(np.float32), np.ones(2, np.float32))], about, wait)
+        for about, wait in ((About(tasks=("approach",)), 9.0), (About(decide_every=2), np.inf))
+    ]
+    phases.save(file, wrote, {"steps": 3})
+    read, card = phases.read(file)
+    assert card == {"steps": 3}
+    for one, other in zip(read, wrote, strict=True):
+        assert same(one.layers, other.layers)
+        assert (one.about, one.patience) == (other.about, other.patience)
+    assert isinstance(phases.load(file, make_params("transport")), PhasedPolicy)
+
+
+def test_files_of_one_network_are_read_too(tmp_path):
+    network.save(tmp_path / "one.npz", LAYERS, About())
+    assert isinstance(phases.load(tmp_path / "one.npz", make_params("push")), NetworkPolicy)
+
+
+@pytest.mark.parametrize(
+    ("nets", "message"),
+    [
+        ([Phase(LAYERS, About())], "1 networks: there must be two"),
+        ([says(0.1), says(0.2, action_mode="thrusters")], "gives 'thrusters' actions"),
+        ([says(0.1), says(0.2, observation_version=0)], "observes by version 0"),
+        ([says(0.1), Phase([(np.zeros((46, 2)), np.zeros(2))], About())], "must map an observ"),
+    ],
+)
+def test_files_that_cannot_be_are_refused(tmp_path, nets, message):
+    phases.save(tmp_path / "bad.npz", nets, {})
+    with pytest.raises(ValueError, match=rf"bad\.npz.*{message}"):
+        phases.load(tmp_path / "bad.npz", make_params("push"))
+
+
+def test_a_file_of_one_network_is_not_one_of_several(tmp_path):
+    network.save(tmp_path / "one.npz", LAYERS, About())
+    with pytest.raises(ValueError, match=r"format 'asv-env policy 1': this version reads"):
+        phases.read(tmp_path / "one.npz")
