@@ -5,8 +5,7 @@ going is lost by coming back. All terms but effort and collision are shared by t
 
 ==========  ====================================================================
 closure     towards the slots: fall of the boats' mean distance, vessel lengths
-delivery    towards the goal: fall of the distance, a quarter of a metre counting for a radian
-            of heading at the nominal size, vessel lengths
+delivery    towards the goal: fall of the way to it, see ``way``, vessel lengths
 precision   rise of a bell round the goal, 8 cm (nominal size) and 0.2 rad wide
 success     1 at the tick at which the task is done; of a delivery, a share is paid by a narrow
             bell round the goal, 2 cm (nominal size) and 0.05 rad wide
@@ -24,11 +23,15 @@ from functools import lru_cache
 import numpy as np
 
 from asv_env.formation import Relations
+from asv_env.geometry import wrap
 from asv_env.params import NOMINAL_LENGTH, EnvParams, RewardParams
 from asv_env.types import Ending, Float, State
 
 SHARED = ("closure", "delivery", "precision", "success", "strayed", "time")
 HEADING_WEIGHT = 0.25
+"""Way that counts for a turn of the vessel, m/rad at the nominal size."""
+SIDEWAYS = 4.0
+"""Way that counts for a metre in any direction."""
 BELL = (0.08, 0.2)
 """Width of the bell of precision, m at the nominal size and rad."""
 NARROW_BELL = (0.02, 0.05)
@@ -48,11 +51,33 @@ def potentials(relations: Relations, state: State, params: EnvParams) -> Float:
     distance, turn = relations.goal_error, np.abs(relations.heading_error)
     values = np.empty((len(distance), 4))
     values[:, 0] = off / (-length * np.add.reduce(state.working, axis=1))
-    values[:, 1] = (distance + size * HEADING_WEIGHT * turn) / -length
+    values[:, 1] = way(relations, state.side, size) / -length
     for column, (width, angle) in ((2, BELL), (3, NARROW_BELL)):
         bell = np.square(distance / (width * size)) + np.square(turn / angle)
         np.exp(-bell, out=values[:, column])
     return values
+
+
+def way(relations: Relations, side: Float, size: float) -> Float:
+    """Way (W,) in m of the vessel to its goal, where a turn counts as a way too.
+
+    It turns until the goal lies where the team pushes, goes there, and turns to the goal's
+    heading. Or, when the goal is near, it moves there as it is, which costs several times the
+    distance, and turns. The shorter one counts: a plain distance would call the first turn a step
+    back.
+
+    Args:
+        relations: of the true motion.
+        side: (W,) of the vessel from which the team pushes.
+        size: of the vessel, in nominal lengths.
+    """
+    distance, turn = relations.goal_error, -relations.heading_error
+    ahead = relations.goal * (1j * side)
+    bearing = np.arctan2(ahead.imag, ahead.real)
+    turns = np.abs(bearing) + np.abs(wrap(turn - bearing))
+    straight = SIDEWAYS * distance + size * HEADING_WEIGHT * np.abs(turn)
+    shortest: Float = np.minimum(distance + size * HEADING_WEIGHT * turns, straight)
+    return shortest
 
 
 def terms(

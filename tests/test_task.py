@@ -1,6 +1,7 @@
 """The task: slots, starts, closure, delivery, ends, reward, observation, noise, metrics."""
 
 from itertools import permutations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -481,6 +482,63 @@ def test_progress_terms_sum_to_the_difference_of_their_potentials():
         risen = after[:, column] - before[:, column]
         np.testing.assert_allclose(gained, getattr(params.reward, name) * risen, atol=1e-9)
         assert np.abs(gained).max() > 0
+
+
+def way(x, y, turn, side=1.0, size=1.0):
+    """Way to a goal in the vessel's frame that is turned against it."""
+    goal = np.array([x + 1j * y])
+    turned = np.angle(np.exp(1j * turn))
+    relations = SimpleNamespace(
+        goal=goal, goal_error=np.abs(goal), heading_error=np.array([-turned])
+    )
+    return reward.way(relations, np.array([side]), size)[0]
+
+
+RADIAN, SIDEWAYS = reward.HEADING_WEIGHT, reward.SIDEWAYS
+
+
+@pytest.mark.parametrize(
+    ("goal", "length"),
+    [
+        ((0, 0, 0), 0.0),
+        ((0, -1, 0), 1.0),  # straight ahead
+        ((0, 0, 0.7), 0.7 * RADIAN),  # on the spot
+        ((1, 0, 0), 1.0 + np.pi * RADIAN),  # a right angle there, and back again
+        ((1, 0, np.pi / 2), 1.0 + np.pi / 2 * RADIAN),  # turned already as it goes
+        ((0, 1, 0), 1.0 + 2 * np.pi * RADIAN),  # behind
+        ((0.05, 0, 0), 0.05 * SIDEWAYS),  # near: as it is
+        ((0.05, 0, 0.2), 0.05 * SIDEWAYS + 0.2 * RADIAN),
+    ],
+)
+def test_the_way_to_goals_of_which_it_is_known(goal, length):
+    assert way(*goal) == pytest.approx(length, abs=1e-12)
+    x, y, turn = goal
+    assert way(x, -y, -turn, side=-1.0) == pytest.approx(length, abs=1e-12)
+    assert way(3 * x, 3 * y, turn, size=3.0) == pytest.approx(3 * length, abs=1e-12)
+
+
+@given(
+    goal=st.tuples(st.floats(-2, 2), st.floats(-2, 2), st.floats(-4, 4)),
+    step=st.tuples(*[st.floats(-1e-4, 1e-4)] * 3),
+)
+def test_the_way_falls_no_faster_than_the_vessel_moves(goal, step):
+    """Also where it goes over from the one way to the other: nothing is gained at once."""
+    moved = np.add(goal, step)
+    far = SIDEWAYS * np.hypot(*step[:2]) + RADIAN * abs(step[2])
+    # A turn of the bearing is a step over the distance, which is the larger the nearer it is; but
+    # nearer than this the straight way is the shorter one.
+    far += 2 * RADIAN * np.hypot(*step[:2]) / max(np.hypot(*goal[:2]) - 1e-4, 1e-3)
+    assert abs(way(*moved) - way(*goal)) <= far + 1e-9
+
+
+@given(bearing=st.floats(-1.5, 1.5), distance=st.floats(0.4, 1.2), turn=st.floats(-3, 3))
+def test_the_first_turn_is_a_step_forward(bearing, distance, turn):
+    """Where a plain distance with its turn would often call it a step back."""
+    goal = -1j * distance * np.exp(1j * bearing)
+    before = way(goal.real, goal.imag, turn)
+    part = 0.5 * bearing
+    seen = goal * np.exp(-1j * part)
+    assert way(seen.real, seen.imag, turn - part) <= before + 1e-9
 
 
 def judged(params, before, after, reached=False, strayed=False, tick=1):

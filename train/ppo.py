@@ -30,7 +30,7 @@ BAND = 1.5
 """Factor from its target within which the divergence of an update is left alone."""
 RATES = (1e-6, 1e-3)
 """Smallest and largest learning rate of the actor."""
-WIDENS = 0.75
+WIDENS = 0.7
 """Share of the episodes that succeed where the curriculum widens."""
 WINDOW = 2048
 """Ends of boats' episodes over which means are logged, and that share is taken."""
