@@ -1,4 +1,4 @@
-"""The learned policies that are part of this package: ``learned``, one file a task.
+"""The learned policies that are part of this package: ``learned``.
 
 They were trained by ``train``; what each was trained on, how well it does and where it fails is on
 its card, in ``weights/README.md``.
@@ -9,20 +9,17 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-from asv_env.params import TASKS, EnvParams
-from baselines import network
-from baselines.network import NetworkPolicy
+from asv_env.params import EnvParams
+from baselines import phases
+from baselines.policy import Policy
 
 FOLDER = Path(__file__).parent / "weights"
 """Where the policy files are."""
+FILES = {"approach": "approach.npz", "push": "transport.npz", "transport": "transport.npz"}
+"""By task."""
 
 
-def file(task: str) -> Path:
-    """The policy file of a task."""
-    return FOLDER / f"{task}{network.SUFFIX}"
-
-
-def learned_policy(params: EnvParams) -> NetworkPolicy:
+def learned_policy(params: EnvParams) -> Policy:
     """The policy that was trained for a task, for an environment.
 
     Args:
@@ -31,12 +28,12 @@ def learned_policy(params: EnvParams) -> NetworkPolicy:
     Raises:
         ValueError: actions or observations of another kind than those with which it was trained.
     """
-    return network.load(file(params.task.name), params)
+    return phases.load(FOLDER / FILES[params.task.name], params)
 
 
 def fingerprint() -> str:
     """A digest of all policy files."""
     digest = hashlib.sha256()
-    for task in TASKS:
-        digest.update(file(task).read_bytes())
+    for name in sorted(set(FILES.values())):
+        digest.update((FOLDER / name).read_bytes())
     return digest.hexdigest()[:16]

@@ -2,8 +2,8 @@
 
 Each of them has a job that is learned in minutes to hours, and can be trained and watched alone.
 Which of them acts is decided as in the scripted policy: the team approaches until the vessel is in
-closure, then it pushes; when the goal is not reached in time it begins again, and then the next
-network pushes.
+closure, then it pushes; when the goal is not reached in time, or a boat is lost, it begins again,
+and then the next network pushes.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.geometry import plane
 from asv_env.params import NOMINAL_LENGTH, TASKS, EnvParams
 from asv_env.types import Action, Bool, Int, Observation, Sensed
 from baselines import network
@@ -23,6 +24,8 @@ from baselines.policy import Policy
 from baselines.sides import SideAway, SideMemory
 
 FORMAT = "asv-env phases 1"
+FAR = 2.0
+"""Distance from the vessel at which a boat is lost while others push, lengths of the vessel."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,8 @@ class PhasedPolicy:
             none = np.zeros(len(fresh), dtype=np.int64)
             memory = PhaseMemory(None, none, none, none, [None] * len(self._networks))  # type: ignore[arg-type]
         ticks = memory.ticks + 1
-        gives_up = ~fresh & (ticks >= self._patience[memory.acts])
+        late = ticks >= self._patience[memory.acts]
+        gives_up = ~fresh & (late | ((memory.acts > 0) & self._lost(sensed)))
         begins = fresh | gives_up
         attempt = np.where(fresh, 0, memory.attempt + gives_up)
         seen, sides = self._away.see(sensed, memory.sides, begins)
@@ -106,6 +110,13 @@ class PhasedPolicy:
         action[..., 1] *= sides.side[:, None].astype(np.float32)
         ticks = np.where(changes, 0, ticks)
         return action, PhaseMemory(sides, attempt, acts, ticks, held)
+
+    def _lost(self, sensed: Sensed) -> Bool:
+        """(W,) whether a boat that works is far from the vessel."""
+        place = plane(sensed.estimate)
+        far = np.abs(place[:, 1:] - place[:, :1]) > FAR * self._params.vessel.length
+        lost: Bool = np.logical_or.reduce(far & sensed.working, axis=1)
+        return lost
 
 
 def save(path: Path, phases: Sequence[Phase], card: dict[str, Any]) -> None:

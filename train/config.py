@@ -55,6 +55,8 @@ class Config:
         near_starts: share of episodes in which the boats begin beside the hull.
         slot_starts: share of episodes in which the boats begin in their slots, as in Push.
         midway_starts: share of episodes that begin midway in one of the scripted policy.
+        hand_over: policy file of several networks; midway starts are then where these have brought
+            the vessel into closure and push, time and again.
         narrowest: share of half a turn by which goals lie off the way ahead, and are turned, in
             the beginning; noise and variation begin with that share too.
         widening: what is added to it at a checkpoint where most episodes succeed; 0 begins with
@@ -116,6 +118,7 @@ class Config:
     near_starts: float = 0.0
     slot_starts: float = 0.0
     midway_starts: float = 0.0
+    hand_over: Path | None = None
     narrowest: float = 0.2
     widening: float = 0.0
 

@@ -7,15 +7,18 @@ goals lie ahead and are hardly turned, noise and variation are small.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from asv_env import scenarios
+from asv_env import geometry, scenarios
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.types import Float, Start
+from baselines import phases
+from baselines.phases import PhasedPolicy
 from baselines.scripted import ScriptedPolicy
 from train.config import Config
 
@@ -56,7 +59,7 @@ def grown(params: EnvParams, share: float) -> EnvParams:
 
 @dataclass(frozen=True)
 class Midway:
-    """States along episodes of the scripted policy.
+    """States along episodes of a policy.
 
     Attributes:
         motion: (n, B, 6) of all bodies; see ``State``.
@@ -85,6 +88,38 @@ class Midway:
                 observation[fresh] = simulation.reset(fresh)
             if len(motion) * len(seeds) >= LARGEST_STARTS:
                 break
+        return cls(np.concatenate(motion), np.concatenate(goal))
+
+    @classmethod
+    def handed_over(cls, file: Path, params: EnvParams, seeds: range) -> Midway:
+        """Runs a policy of several networks; the states in which one of them begins to push.
+
+        They are told as if the team pushed from the +n side.
+
+        Args:
+            file: of the policy.
+            params: of Transport.
+            seeds: of the episodes.
+
+        Raises:
+            ValueError, FileNotFoundError: as ``baselines.phases.read``.
+        """
+        simulation = Simulation(params, len(seeds))
+        policy = PhasedPolicy(phases.read(file)[0], params)
+        observation, memory = simulation.reset(seeds=list(seeds)), None
+        fresh = np.ones(len(seeds), dtype=np.bool_)
+        acts = np.zeros(len(seeds), dtype=np.int64)
+        motion, goal = [], []
+        for _ in range(params.time_limit_ticks):
+            action, memory = policy.act(simulation.sensed, observation, memory, fresh)
+            begins = (memory.acts > 0) & (acts == 0)
+            acts, side = memory.acts, memory.sides.side[begins]
+            motion.append(geometry.mirrored(simulation.state.motion[begins], side))
+            goal.append(geometry.mirrored(simulation.state.goal[begins], side))
+            step = simulation.step(action)
+            observation, fresh = step.observation, step.ending.terminated | step.ending.truncated
+            if fresh.any():
+                observation[fresh] = simulation.reset(fresh)
         return cls(np.concatenate(motion), np.concatenate(goal))
 
 

@@ -116,9 +116,9 @@ def assess(run: Run, layers: Layers, timesteps: int, seconds: float, best: float
     """
     scores = evaluate(layers, run.about({}), run.config, (timesteps, seconds))
     append(run.curve, scores)
-    first = run.config.first_seed
+    first, start = run.config.first_seed, run.config.init_from
     card = {
-        "options": run.config.learned(),
+        "options": run.config.learned() | {"init_from": start and start.name},
         "timesteps": timesteps,
         "training_seeds": [first, first + SEEDS_OF_A_RUN - 1],
         "development": [vars(one) for one in scores],

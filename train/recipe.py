@@ -1,9 +1,10 @@
 """The recipe of the policies that are part of this package: ``python -m train.recipe``.
 
-Several trainings, some of which begin with what another has learned, and at the end the policy
-file of those that are put together: one network that approaches the vessel and one that pushes it.
-Each training is a run as ``python -m train`` makes it, with a folder of its own; the same command
-goes on where it was stopped.
+Several trainings, some of which begin with what the one before them has learned. At the end a
+network that approaches the vessel and one that pushes it are put together: ``transport.npz`` is
+a policy for Push and Transport, ``approach.npz`` one for Approach. Each training is a run as
+``python -m train`` makes it, with a folder of its own; the same command goes on where it was
+stopped.
 """
 
 from __future__ import annotations
@@ -30,14 +31,25 @@ class Training:
     Attributes:
         config: of the run, but for its seed, its folder and where it begins.
         after: name of the training with whose best policy it begins; None for one that has none.
+        takes_over: whether pushes begin where the networks so far have brought the vessel into
+            closure.
     """
 
     config: Config
     after: str | None = None
+    takes_over: bool = False
 
 
-FROM_NOTHING = replace(
+APPROACH, PUSH = "approach", "push-exactly"
+"""The trainings whose networks are put together."""
+PATIENCE = 28.0
+"""Time after which a push is given up, s for a vessel of 0.40 m."""
+FIRST = replace(
     PRESETS["push"],
+    mirror=True,
+    near_goals=0.15,
+    widening=0.03,
+    time_limit=32.0,
     imitation_rounds=0,
     critic_updates=0,
     num_envs=64,
@@ -49,5 +61,119 @@ FROM_NOTHING = replace(
     log_std_init=-0.7,
     log_std_min=-1.7,
     ent_coef=0.002,
+    total_timesteps=50_000_000,
 )
-TRAININGS = {}
+"""Of a push, from nothing."""
+LATER = replace(
+    FIRST,
+    scenarios=("noisy", "nominal", "mismatch", "gyre"),
+    midway_starts=0.5,
+    near_goals=0.25,
+    widening=0.0,
+    time_limit=36.0,
+    critic_updates=10,
+    ent_coef=0.001,
+)
+"""Of one that has been learned."""
+TRAININGS = {
+    APPROACH: Training(
+        replace(
+            PRESETS["approach"],
+            near_starts=0.25,
+            slot_starts=0.15,
+            time_limit=60.0,
+            gamma=0.98,
+            log_std_init=-2.7,
+            total_timesteps=10_000_000,
+        )
+    ),
+    "push": Training(FIRST),
+    "push-on": Training(
+        replace(LATER, log_std_init=-2.1, log_std_min=-2.4, total_timesteps=14_000_000),
+        after="push",
+        takes_over=True,
+    ),
+    PUSH: Training(
+        replace(LATER, log_std_init=-2.6, log_std_min=-3.0, total_timesteps=12_000_000),
+        after="push-on",
+        takes_over=True,
+    ),
+}
+"""The recipe, in the order in which it is followed."""
+
+
+def follow(seed: int, out: Path, threads: int) -> None:
+    """Trains all that is not trained yet, and puts the policy files together.
+
+    Args:
+        seed: of the trainings.
+        out: folder in which each training has its own.
+        threads: of the learner.
+
+    Raises:
+        ValueError, OSError: a folder holds something else; see ``train.run.opened``.
+    """
+    for name, training in TRAININGS.items():
+        print(f"{name}: {out / name}", file=sys.stderr)
+        config = replace(training.config, seed=seed, out=out / name, torch_threads=threads)
+        if training.after is not None:
+            config = replace(config, init_from=best(out / training.after))
+        if training.takes_over and training.after is not None:
+            before = out / f"{training.after}-joined{SUFFIX}"
+            if not before.exists():
+                join(out, training.after, before)
+            config = replace(config, hand_over=before)
+        ppo.train(config)
+    shutil.copyfile(checked(out / APPROACH), out / f"approach{SUFFIX}")
+    join(out, PUSH, out / f"transport{SUFFIX}")
+
+
+def join(out: Path, push: str, file: Path) -> None:
+    """Puts the network that approaches and one that pushes together.
+
+    Args:
+        out: folder of the recipe.
+        push: name of the training of the latter.
+        file: policy file to be written.
+
+    Raises:
+        ValueError: a policy file differs from the network that was trained.
+    """
+    names = ((APPROACH, float("inf")), (push, PATIENCE))
+    pair = [Phase(*network.read(checked(out / name)), wait) for name, wait in names]
+    write(file, lambda part: phases.save(part, pair, {}))
+
+
+def checked(run: Path) -> Path:
+    """Policy file of the best policy of a run, held against the network that was trained.
+
+    Raises:
+        ValueError: it differs.
+    """
+    export.check(best(run), export.trained(run))
+    return best(run)
+
+
+def best(run: Path) -> Path:
+    """Policy file of the best policy of a run."""
+    return run / f"{BEST}{SUFFIX}"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Follows the recipe as a command line says; exits with a message where it does not go."""
+    parser = argparse.ArgumentParser(prog="python -m train.recipe", description=__doc__)
+    parser.add_argument("--seed", type=int, default=0, help="of the trainings (%(default)s)")
+    parser.add_argument("--out", type=Path, help="folder (runs/train/recipe-SEED)")
+    parser.add_argument("--torch-threads", type=int, default=2, help="(%(default)s)")
+    options = parser.parse_args(arguments)
+    out = options.out or Path(f"runs/train/recipe-{options.seed}")
+    try:
+        follow(options.seed, out, options.torch_threads)
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
+    except KeyboardInterrupt:
+        sys.exit(f"{parser.prog}: stopped; the same command goes on from the last checkpoint")
+
+
+if __name__ == "__main__":
+    main()

@@ -25,7 +25,7 @@ from typing import Any
 
 from asv_env import observation
 from asv_env.presets import make_params
-from baselines import network, provenance
+from baselines import network, phases, provenance
 from baselines.network import About, Layers, NetworkPolicy
 from train import tracking
 from train.config import Config
@@ -163,6 +163,8 @@ def opened(config: Config) -> tuple[Run, Layers | None]:
     """
     start, card = initial(config)
     check_recorded(config)
+    if config.hand_over is not None:
+        phases.read(config.hand_over)
     tracking.check(config)
     run = Run(config)
     run.open(card)

@@ -20,8 +20,8 @@ from train.config import Config
 from train.curriculum import Midway, Starts, grown, training_params
 from train.residual import CorrectedVecEnv
 
-WATCHED = 64
-"""Episodes of the scripted policy from which midway starts are taken."""
+WATCHED = 256
+"""Episodes from which midway starts are taken."""
 
 
 class Worlds(VecEnv):
@@ -86,9 +86,12 @@ class Worlds(VecEnv):
     def _midway(self, team: int, scenario: str) -> Midway | None:
         if not self._config.midway_starts:
             return None
-        first = self._config.first_seed
-        params = make_params(self._config.task, team, scenario)
-        return Midway.watched(self._config, params, range(first, first + WATCHED))
+        config = self._config
+        seeds = range(config.first_seed, config.first_seed + WATCHED)
+        if config.hand_over is not None:
+            params = make_params("transport", team, scenario)
+            return Midway.handed_over(config.hand_over, params, seeds)
+        return Midway.watched(config, make_params(config.task, team, scenario), seeds)
 
     def reset(self) -> Any:
         """Begins new episodes everywhere."""

@@ -22,7 +22,7 @@ import numpy as np
 from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
-from baselines import learned, network, provenance
+from baselines import learned, network, phases, provenance
 from baselines.evaluate.arms import Suite
 from baselines.paper import PaperPolicy
 from baselines.policy import Idle, Policy, Random
@@ -70,7 +70,7 @@ class Source:
         if self.word in POLICIES:
             return POLICIES[self.word](params)
         if self.path is not None:
-            load: Any = network.load if self.path.suffix == EXPORTED else Sb3Policy
+            load: Any = phases.load if self.path.suffix == EXPORTED else Sb3Policy
             return load(self.path, params)
         return self._class()(params)
 

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from asv_env.types import Float
-from baselines import marks
-from baselines.evaluate import formats, statistics
+from baselines import learned, marks
+from baselines.evaluate import cards, formats, statistics
 from baselines.evaluate.arms import Arm
 from baselines.evaluate.formats import NOTHING
 from baselines.evaluate.report.markdown import grid
@@ -118,7 +118,11 @@ def pages(results: Sequence[Results], folder: Path, readme: Path) -> dict[Path, 
         ValueError: the readme has no place for the table.
     """
     text = marks.replaced(readme.read_text(encoding="utf-8"), START, END, overview(results))
-    return {readme: text, folder / "README.md": page(results)}
+    return {
+        readme: text,
+        folder / "README.md": page(results),
+        learned.FOLDER / "README.md": cards.page(learned.FOLDER),
+    }
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -1,0 +1,78 @@
+"""The cards of the learned policies: how each was trained, from what its file says of itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from baselines import learned, network, phases
+from baselines.evaluate.formats import share
+from baselines.evaluate.report.markdown import grid
+from baselines.network import About
+
+INTRODUCTION = """\
+# The learned policies
+
+`learned` in the comparison. The files hold numbers only and run without torch. This page is written
+by `python -m baselines.evaluate.published` from what they say of themselves; how they do on the
+suites is in [docs/results](../../docs/results/README.md), what they do differently and where
+they fail in [docs/learned.md](../../docs/learned.md). `python -m train.recipe` makes them.
+
+A *step* is a decision of a single boat. *Success* and *time* (median) are those of the last
+evaluation on development seeds, in the task of that training, noisy first.
+"""
+HEADS = (
+    *("training", "begins with", "scenarios", "boats", "steps", "minutes", "seeds of its worlds"),
+    *("success", "time [s]"),
+)
+
+
+def page(folder: Path) -> str:
+    """All cards of a folder, in Markdown."""
+    parts = [INTRODUCTION.strip()]
+    for file in sorted(folder.glob(f"*{network.SUFFIX}")):
+        tasks = [task for task, name in learned.FILES.items() if name == file.name]
+        parts += [
+            f"## {file.name}",
+            f"For {' and '.join(task.capitalize() for task in tasks)}; "
+            f"{file.stat().st_size:,} bytes.",
+        ]
+        for about in networks(file):
+            parts.append(grid(HEADS, [_line(one) for one in trainings(about.card)], left=HEADS[:3]))
+    return "\n\n".join(parts) + "\n"
+
+
+def networks(file: Path) -> list[About]:
+    """What the networks of a policy file were made for.
+
+    Raises:
+        ValueError: it is not a policy file.
+    """
+    with network.contents(file, network.FORMAT) as (about, _):
+        several = about.get("format") == phases.FORMAT
+    if several:
+        return [one.about for one in phases.read(file)[0]]
+    return [network.read(file)[1]]
+
+
+def trainings(card: dict[str, Any]) -> list[dict[str, Any]]:
+    """Cards of the trainings that led to a network, the first one first."""
+    before = card.get("began_with")
+    return [*(trainings(before) if before else []), card]
+
+
+def _line(card: dict[str, Any]) -> list[str]:
+    options, scores = card["options"], card["development"]
+    begins = "imitation of `scripted`" if options["imitation_rounds"] else "nothing"
+    first, last = card["training_seeds"]
+    return [
+        options["task"],
+        "the one above" if card.get("began_with") else begins,
+        ", ".join(options["scenarios"]),
+        ", ".join(map(str, options["teams"])),
+        f"{card['timesteps'] / 1e6:.1f} M",
+        f"{scores[0]['seconds'] / 60:.0f}",
+        f"{first:,} to {last:,}",
+        ", ".join(share(one["success"]) for one in scores),
+        ", ".join(f"{one['median_time']:.1f}" for one in scores),
+    ]
