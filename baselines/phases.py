@@ -24,6 +24,8 @@ from baselines.policy import Policy
 from baselines.sides import SideAway, SideMemory
 
 FORMAT = "asv-env phases 1"
+BEHIND = 0.1
+"""How far on the side of the team a goal must lie for it to go round, lengths of the vessel."""
 FAR = 2.0
 """Distance from the vessel at which a boat is lost while others push, lengths of the vessel."""
 
@@ -97,6 +99,10 @@ class PhasedPolicy:
         begins = fresh | gives_up
         attempt = np.where(fresh, 0, memory.attempt + gives_up)
         seen, sides = self._away.see(sensed, memory.sides, begins)
+        misses = seen.closed & (memory.acts == 0) & ~begins & self._behind(seen)
+        if misses.any():
+            begins |= misses
+            seen, sides = self._away.see(sensed, sides, begins)
         pushes = seen.closed | ((memory.acts > 0) & ~begins)
         acts = np.where(pushes, 1 + np.minimum(attempt, len(self._networks) - 2), 0)
         changes = begins | (acts != memory.acts)
@@ -110,6 +116,13 @@ class PhasedPolicy:
         action[..., 1] *= sides.side[:, None].astype(np.float32)
         ticks = np.where(changes, 0, ticks)
         return action, PhaseMemory(sides, attempt, acts, ticks, held)
+
+    def _behind(self, seen: Sensed) -> Bool:
+        """(W,) whether the goal has come to lie on the side on which the team is."""
+        vessel = seen.estimate[:, 0]
+        goal = (plane(seen.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
+        behind: Bool = goal.imag > BEHIND * self._params.vessel.length
+        return behind
 
     def _lost(self, sensed: Sensed) -> Bool:
         """(W,) whether a boat that works is far from the vessel."""

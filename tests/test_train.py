@@ -20,9 +20,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stable_baselines3.common.logger import configure
 
-from asv_env import Simulation, make_params, observation
+from asv_env import Simulation, formation, make_params, observation
 from asv_env.geometry import wrap
-from baselines import evaluate, network
+from baselines import evaluate, learned, network
 from baselines.evaluate import recording
 from baselines.evaluate.results import read_csv
 from baselines.sb3_policy import Sb3Policy
@@ -364,6 +364,49 @@ def test_boats_beside_the_hull_touch_nothing():
     simulation.step(np.zeros((32, 4, 2)))
     assert not simulation.state.touching.any()
     assert np.abs(simulation.state.motion[:, 1:, :2]).max() < 0.62
+
+
+def test_boats_begin_in_the_slots_of_either_side():
+    params, rng = make_params("transport"), np.random.default_rng(0)
+    sides = []
+    for _ in range(60):
+        boats = Starts(tiny(slot_starts=1.0))(params, rng).motion[1:]
+        side = np.sign(boats[:, 1].sum())
+        slots = formation.slots(params, 4)
+        np.testing.assert_allclose(boats[:, 0], slots.real, atol=2e-3)
+        np.testing.assert_allclose(side * boats[:, 1], slots.imag, atol=2e-3)
+        np.testing.assert_allclose(boats[:, 2], -side * np.pi / 2)
+        sides.append(side)
+    assert 15 < sides.count(1.0) < 45
+
+
+def test_pushes_begin_where_others_have_brought_the_vessel_into_closure():
+    """Told from the +n side, in closure, also where the team pushes from the other one."""
+    file = learned.FOLDER / learned.FILES["transport"]
+    params = make_params("transport", scenario="noisy")
+    midway = Midway.handed_over(file, params, range(10**9, 10**9 + 8))
+    assert len(midway.goal) >= 8
+    config = tiny(midway_starts=1.0, mirror=True)
+    simulation = Simulation(make_params("push"), 32, draw=Starts(config, midway))
+    simulation.reset(seeds=range(32))
+    assert simulation.relations.slot_error.max() < 2 * params.task.slot_distance
+    drawn = simulation.state.motion
+    assert all((start == midway.motion).all(axis=(1, 2)).any() for start in drawn)
+
+
+def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
+    said = refusal("--out", tmp_path / "r", "--hand-over", trained / "best.npz")
+    assert "this version reads 'asv-env phases 1'" in said
+    assert not (tmp_path / "r").exists()
+
+
+def test_the_noise_of_the_actions_is_kept_up(tmp_path):
+    config = tiny(log_std_init=-1.0, log_std_min=-1.0, actor_learning_rate=0.1, out=tmp_path)
+    worlds = Worlds(config)
+    learner = Learner.made(replace(config, critic_updates=0, adapt_kl=None), worlds)
+    learner.set_logger(configure(None, []))
+    learner.learn(1024)
+    assert learner.policy.log_std.min() >= -1.0
 
 
 def test_episodes_begin_midway_in_scripted_ones():

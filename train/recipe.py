@@ -42,7 +42,7 @@ class Training:
 
 APPROACH, PUSH = "approach", "push-exactly"
 """The trainings whose networks are put together."""
-PATIENCE = 28.0
+PATIENCE = 34.0
 """Time after which a push is given up, s for a vessel of 0.40 m."""
 FIRST = replace(
     PRESETS["push"],

@@ -1,0 +1,119 @@
+"""Puts policies beside published ones: ``python -m baselines.evaluate.beside RUN PUBLISHED``.
+
+Thousands of episodes of the scripted policies need not be run again for a policy that comes later.
+They are kept if the suite and the libraries are the same, and if the first of them, run again in
+every arm with the code as it is, come out the same to the bit. The return does not count, whose
+weights may have changed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from baselines import runner
+from baselines.episodes import Episode, Label
+from baselines.evaluate.arms import Suite
+from baselines.evaluate.entrants import Source
+from baselines.evaluate.report import markdown
+from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
+from baselines.evaluate.suites import SUITES
+from baselines.evaluate.summary import summarise
+
+ROWS, SUMMARY, REPORT = "episodes.csv", "summary.json", "report.md"
+SAME = ("suite", "task", "set of episodes", "set of libraries")
+"""Of what two runs are made, where they can be compared."""
+
+
+def add(run: Path, published: Path, checked: int) -> None:
+    """Adds the policies of a run to published results, in place of those of the same names.
+
+    Args:
+        run: folder of a run of the same suite, with as many episodes or more.
+        published: folder of the results.
+        checked: episodes of each arm and published policy that are run again.
+
+    Raises:
+        ValueError: they cannot be compared.
+        FileNotFoundError: a folder holds no results.
+    """
+    new, old = _summary(run), _summary(published)
+    for name in SAME:
+        if new["origin"][name] != old["origin"][name]:
+            raise ValueError(
+                f"{name} is {old['origin'][name]!r} in {published} and {new['origin'][name]!r} in "
+                f"{run}: run all policies again"
+            )
+    if new["episodes"] < old["episodes"]:
+        raise ValueError(
+            f"{run} has {new['episodes']} episodes of each arm, {published} {old['episodes']}: "
+            f"run it with --episodes {old['episodes']}"
+        )
+    suite = SUITES[old["suite"]].first(old["episodes"])
+    kept = [row for row in read_csv(published / ROWS) if row.policy not in new["policies"]]
+    check(suite, of_rows(suite, kept), checked)
+    added = [row for row in read_csv(run / ROWS) if row.seed in suite.seeds]
+    results = of_rows(suite, [*kept, *added])
+    told = {
+        **old,
+        "policies": {**old["policies"], **new["policies"]},
+        "added": {**old.get("added", {}), **dict.fromkeys(new["policies"], new["origin"])},
+        **summarise(results),
+    }
+    write_csv(published / ROWS, results)
+    (published / SUMMARY).write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    (published / REPORT).write_text(markdown.document(results, told), encoding="utf-8")
+
+
+def check(suite: Suite, results: Results, count: int) -> None:
+    """Runs the first episodes of every arm again.
+
+    Raises:
+        ValueError: one of them comes out otherwise.
+    """
+    pairs = [(arm, policy) for arm in suite.arms for policy in results.policies]
+    for arm, policy in tqdm(pairs, desc="published episodes, run again"):
+        before = results.rows[arm.name, policy][0][:count]
+        label = Label(policy, None, arm.name, arm.scenario)
+        tracks = runner.run(
+            Source(policy).make, arm.params, [row.seed for row in before], count, label
+        )
+        again = {track.episode.seed: track.episode for track in tracks}
+        for row in before:
+            if _unpaid(again[row.seed]) != _unpaid(row):
+                raise ValueError(
+                    f"{policy}, {arm.name}, seed {row.seed}: comes out otherwise than published; "
+                    "run all policies again"
+                )
+
+
+def _unpaid(row: Episode) -> Episode:
+    return replace(row, episode_return=0.0)
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    return summary
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point."""
+    parser = argparse.ArgumentParser(prog="python -m baselines.evaluate.beside")
+    parser.add_argument("run", type=Path, help="folder of a run of the suite")
+    parser.add_argument("published", type=Path, help="folder of the results")
+    parser.add_argument("--checked", type=int, default=5, help="episodes (%(default)s)")
+    options = parser.parse_args(arguments)
+    try:
+        add(options.run, options.published, options.checked)
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""Policies are put beside published ones only where the episodes are the same."""
+
+import json
+import shutil
+
+import pytest
+
+from baselines import evaluate
+from baselines.evaluate import beside
+from baselines.evaluate.results import read_csv
+
+SUITE = ["--suite", "plane-v1", "--workers", "0"]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Results of one policy, and a run of another with more episodes."""
+    folder = tmp_path_factory.mktemp("beside")
+    for name, policy, episodes in (("published", "idle", 2), ("run", "random", 3)):
+        options = ["--policies", policy, "--episodes", str(episodes), "--out", str(folder / name)]
+        evaluate.main([*SUITE, *options])
+    return folder
+
+
+@pytest.fixture
+def folder(made, tmp_path):
+    shutil.copytree(made, tmp_path / "here")
+    return tmp_path / "here"
+
+
+def refusal(folder, capsys):
+    before = (folder / "published/episodes.csv").read_bytes()
+    with pytest.raises(SystemExit):
+        beside.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+    assert (folder / "published/episodes.csv").read_bytes() == before
+    return capsys.readouterr().err
+
+
+def test_policies_are_added(folder):
+    old = read_csv(folder / "published/episodes.csv")
+    new = [row for row in read_csv(folder / "run/episodes.csv") if row.seed < 3_000_002]
+    for _ in range(2):  # those that are there already are replaced
+        beside.main([str(folder / "run"), str(folder / "published")])
+        rows = read_csv(folder / "published/episodes.csv")
+        assert len(rows) == 8
+        assert all(row in rows for row in [*old, *new])
+    summary = json.loads((folder / "published/summary.json").read_text())
+    assert list(summary["policies"]) == ["idle", "random"]
+    assert set(summary["arms"]["noisy"]["policies"]) == {"idle", "random"}
+    assert summary["added"]["random"]["suite"] == "plane-v1"
+    assert "random" in (folder / "published/report.md").read_text()
+
+
+def test_episodes_that_come_out_otherwise_are_not_kept(folder, capsys):
+    file = folder / "published/episodes.csv"
+    rows = file.read_text().splitlines(keepends=True)
+    cells = rows[1].split(",")
+    cells[12] = "0.25"  # position_error
+    file.write_text("".join([rows[0], ",".join(cells), *rows[2:]]))
+    assert "idle, nominal, seed 3000000: comes out otherwise" in refusal(folder, capsys)
+
+
+def test_what_the_reward_weighs_does_not_count(folder):
+    file = folder / "published/episodes.csv"
+    rows = read_csv(file)
+    changed = file.read_text().replace(str(rows[0].episode_return), "0.125")
+    file.write_text(changed)
+    beside.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+
+
+def test_runs_that_cannot_be_compared_are_refused(folder, capsys):
+    file = folder / "run/summary.json"
+    summary = json.loads(file.read_text())
+    file.write_text(json.dumps({**summary, "episodes": 1}))
+    assert "run it with --episodes 2" in refusal(folder, capsys)
+    summary["origin"]["set of libraries"]["pymunk"] = "0"
+    file.write_text(json.dumps(summary))
+    assert "set of libraries is" in refusal(folder, capsys)
+    shutil.rmtree(folder / "run")
+    assert "summary.json" in refusal(folder, capsys)
