@@ -40,7 +40,7 @@ class Training:
     takes_over: bool = False
 
 
-APPROACH, PUSH = "approach", "push-exactly"
+APPROACH, PUSH = "approach", "push-finely"
 """The trainings whose networks are put together."""
 PATIENCE = 34.0
 """Time after which a push is given up, s for a vessel of 0.40 m."""
@@ -61,7 +61,7 @@ FIRST = replace(
     log_std_init=-0.7,
     log_std_min=-1.7,
     ent_coef=0.002,
-    total_timesteps=50_000_000,
+    total_timesteps=85_000_000,
 )
 """Of a push, from nothing."""
 LATER = replace(
@@ -93,9 +93,23 @@ TRAININGS = {
         after="push",
         takes_over=True,
     ),
-    PUSH: Training(
-        replace(LATER, log_std_init=-2.6, log_std_min=-3.0, total_timesteps=12_000_000),
+    "push-exactly": Training(
+        replace(LATER, log_std_init=-2.6, log_std_min=-3.0, total_timesteps=18_000_000),
         after="push-on",
+        takes_over=True,
+    ),
+    PUSH: Training(
+        replace(
+            LATER,
+            scenarios=("noisy", "noisy", "noisy", "nominal", "mismatch"),
+            midway_starts=0.6,
+            log_std_init=-3.3,
+            log_std_min=-3.5,
+            adapt_kl=0.006,
+            num_minibatches=4,
+            total_timesteps=8_000_000,
+        ),
+        after="push-exactly",
         takes_over=True,
     ),
 }
