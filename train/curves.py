@@ -112,7 +112,7 @@ def _success_band(curve: Curve) -> tuple[Float, Float]:
 
 
 def _dress(axes: Axes, name: str) -> None:
-    axes.set_xlabel("training on two cores (min)")
+    axes.set_xlabel("training (min)")
     axes.set_ylabel(name)
     axes.set_xlim(left=0)
     axes.grid(color=palette.PALE, lw=0.6)
