@@ -21,7 +21,7 @@ from asv_env.types import Action, Bool, Int, Observation, Sensed
 from baselines import network
 from baselines.network import About, Held, Layers, NetworkPolicy
 from baselines.policy import Policy
-from baselines.sides import SideAway, SideMemory
+from baselines.sides import SideAway, SideMemory, goal_across
 
 FORMAT = "asv-env phases 1"
 BEHIND = 0.1
@@ -84,6 +84,7 @@ class PhasedPolicy:
         self._params = params
         self._away = SideAway(params)
         scale = params.vessel.length / NOMINAL_LENGTH * params.clock.control
+        self._behind = BEHIND * params.vessel.length
         self._patience = np.array([one.patience * scale for one in phases])
 
     def act(
@@ -99,7 +100,7 @@ class PhasedPolicy:
         begins = fresh | gives_up
         attempt = np.where(fresh, 0, memory.attempt + gives_up)
         seen, sides = self._away.see(sensed, memory.sides, begins)
-        misses = seen.closed & (memory.acts == 0) & ~begins & self._behind(seen)
+        misses = seen.closed & (memory.acts == 0) & ~begins & (goal_across(seen) > self._behind)
         if misses.any():
             begins |= misses
             seen, sides = self._away.see(sensed, sides, begins)
@@ -116,13 +117,6 @@ class PhasedPolicy:
         action[..., 1] *= sides.side[:, None].astype(np.float32)
         ticks = np.where(changes, 0, ticks)
         return action, PhaseMemory(sides, attempt, acts, ticks, held)
-
-    def _behind(self, seen: Sensed) -> Bool:
-        """(W,) whether the goal has come to lie on the side on which the team is."""
-        vessel = seen.estimate[:, 0]
-        goal = (plane(seen.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
-        behind: Bool = goal.imag > BEHIND * self._params.vessel.length
-        return behind
 
     def _lost(self, sensed: Sensed) -> Bool:
         """(W,) whether a boat that works is far from the vessel."""
@@ -171,6 +165,18 @@ def read(path: Path) -> tuple[list[Phase], dict[str, Any]]:
         return phases, about["card"]
 
 
+def holds_several(path: Path) -> bool:
+    """Whether a policy file is one of several networks.
+
+    Raises:
+        ValueError: it is not a policy file.
+        FileNotFoundError: there is none.
+    """
+    with network.contents(path, FORMAT) as (about, _):
+        several: bool = about.get("format") == FORMAT
+        return several
+
+
 def load(path: Path, params: EnvParams) -> Policy:
     """The policy of a file, of one network or of several, for an environment.
 
@@ -178,9 +184,7 @@ def load(path: Path, params: EnvParams) -> Policy:
         ValueError: not a policy file, or a policy for something else.
         FileNotFoundError: there is none.
     """
-    with network.contents(path, FORMAT) as (about, _):
-        several = about.get("format") == FORMAT
-    if not several:
+    if not holds_several(path):
         return network.load(path, params)
     phases, _ = read(path)
     try:

@@ -108,8 +108,14 @@ class SideAway:
         return closed, everyone(formation.at_rest(relations, task)) & ~closed
 
 
-def _away(sensed: Sensed) -> Float:
-    """(W,) the side of the vessel that is turned away from the goal."""
+def goal_across(sensed: Sensed) -> Float:
+    """(W,) how far the goal lies to the +n side of where the vessel is thought to be, m."""
     vessel = sensed.estimate[:, 0]
     goal = (plane(sensed.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
-    return np.where(goal.imag > 0, -1.0, 1.0)
+    across: Float = goal.imag
+    return across
+
+
+def _away(sensed: Sensed) -> Float:
+    """(W,) the side of the vessel that is turned away from the goal."""
+    return np.where(goal_across(sensed) > 0, -1.0, 1.0)

@@ -401,7 +401,7 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
 
 
 def test_the_noise_of_the_actions_is_kept_up(tmp_path):
-    config = tiny(log_std_init=-1.0, log_std_min=-1.0, actor_learning_rate=0.1, out=tmp_path)
+    config = tiny(log_std_init=-3.0, log_std_min=-1.0, out=tmp_path)
     worlds = Worlds(config)
     learner = Learner.made(replace(config, critic_updates=0, adapt_kl=None), worlds)
     learner.set_logger(configure(None, []))

@@ -48,9 +48,7 @@ def networks(file: Path) -> list[About]:
     Raises:
         ValueError: it is not a policy file.
     """
-    with network.contents(file, network.FORMAT) as (about, _):
-        several = about.get("format") == phases.FORMAT
-    if several:
+    if phases.holds_several(file):
         return [one.about for one in phases.read(file)[0]]
     return [network.read(file)[1]]
 
