@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from asv_env.formation import Relations
-from asv_env.params import EnvParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tracking import FULL_SPEED, FULL_YAW_RATE
 from asv_env.types import Bool, Complex, Float, Observation, Sensed
 
@@ -22,12 +22,14 @@ FAR = 15.0
 """Largest distance that an observation tells, vessel lengths: more than the arena's diagonal."""
 FAST = 4.0
 """Largest speed that an observation tells, full speeds and full yaw rates of a boat."""
-FINE = 0.1
-"""Distance at which the magnified features saturate, m."""
+FINE, FINE_ANGLE = 0.1, 0.1
+"""Distance, m, and angle, rad, at which the magnified features saturate;
+``FINE_SPEED``, m/s, and ``FINE_YAW_RATE``, rad/s, those of the vessel's motion."""
+FINE_SPEED, FINE_YAW_RATE = 0.04, 0.15
 NEIGHBOURS = 4
 NEIGHBOUR_NAMES = ["x", "y", "vx", "vy", "present"]
 NEIGHBOUR_BOUNDS = [FAR, FAR, FAST, FAST, 1.0]
-VERSION = 1
+VERSION = 2
 """Of what the columns mean: another one wherever a trained policy would be misled."""
 
 
@@ -42,6 +44,8 @@ class View:
         hull: (W, 1) conjugate direction of the vessel.
         slot: (W, A) from each boat to its slot, in the boat's frame, m.
         ready: (W,) share of the working boats that hold their slots.
+        inverse_team: (W,) one over the number of boats that work.
+        inverse_length: (1, 1) one over the vessel's length, 1/m.
     """
 
     sensed: Sensed
@@ -50,6 +54,8 @@ class View:
     hull: Complex
     slot: Complex
     ready: Float
+    inverse_team: Float
+    inverse_length: Float
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,12 @@ VECTORS = (
     Feature("vessel's goal", None, FAR, lambda v: v.relations.goal[:, None]),
     Feature("vessel's goal, magnified", FINE, 1.0, lambda v: v.relations.goal[:, None]),
     Feature("vessel's goal direction", 1.0, 1.0, lambda v: v.relations.goal_turn[:, None]),
+    Feature(
+        "vessel's velocity, magnified",
+        FINE_SPEED,
+        1.0,
+        lambda v: v.relations.velocity[:, :1] * v.hull,
+    ),
 )
 SCALARS = (
     Feature("own yaw rate", FULL_YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, 1:]),
@@ -89,6 +101,22 @@ SCALARS = (
     Feature("own thrusters work", 1.0, 1.0, lambda v: v.sensed.working),
     Feature("share of slots held", 1.0, 1.0, lambda v: v.ready[:, None]),
     Feature("closure formed", 1.0, 1.0, lambda v: v.sensed.closed[:, None]),
+    Feature(
+        "vessel's turn to go, magnified",
+        FINE_ANGLE,
+        1.0,
+        lambda v: -v.relations.heading_error[:, None],
+    ),
+    Feature(
+        "vessel's yaw rate, magnified",
+        FINE_YAW_RATE,
+        1.0,
+        lambda v: v.relations.yaw_rate[:, :1],
+    ),
+    Feature("inverse of the team's size", 0.5, 2.0, lambda v: v.inverse_team[:, None]),
+    Feature(
+        "inverse of the vessel's length", 1.0 / NOMINAL_LENGTH, 4.0, lambda v: v.inverse_length
+    ),
 )
 BOUND = np.array(
     [bound for feature in VECTORS for bound in [feature.bound] * 2]
@@ -117,8 +145,10 @@ def observe(sensed: Sensed, relations: Relations, holds: Bool, params: EnvParams
     heading, length = relations.heading, params.vessel.length
     eyes = heading[:, 1:].conj()
     slot = relations.slot_gap * (heading[:, :1] * eyes)
-    ready = _share(holds, sensed.working)
-    view = View(sensed, relations, eyes, heading[:, :1].conj(), slot, ready)
+    working = np.add.reduce(sensed.working, axis=1)
+    ready = np.add.reduce(holds & sensed.working, axis=1) / working
+    sizes = 1.0 / working, np.full((1, 1), 1.0 / length)
+    view = View(sensed, relations, eyes, heading[:, :1].conj(), slot, ready, *sizes)
 
     boats = sensed.slot.shape
     observation = np.empty((*boats, len(BOUND)), dtype=np.float32)
@@ -180,9 +210,3 @@ def _smallest(values: Float, count: int) -> np.ndarray:
         order = np.argsort(np.take_along_axis(values, some, axis=-1), axis=-1, kind="stable")
         return np.take_along_axis(some, order, axis=-1)
     return values.argsort(axis=-1, kind="stable")[..., :count]
-
-
-def _share(flags: Bool, working: Bool) -> Float:
-    """Share (W,) of the working boats (W, A) whose flag (W, A) is set."""
-    share: Float = np.add.reduce(flags & working, axis=1) / np.add.reduce(working, axis=1)
-    return share

@@ -5,12 +5,14 @@ from unittest import mock
 
 import numpy as np
 
-from asv_env import scenarios
+from asv_env import observation, scenarios
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 
 NO_DRAG = {"surge": (0.0, 0.0), "sway": (0.0, 0.0), "yaw": (0.0, 0.0)}
 NO_VESSEL_DRAG = {**NO_DRAG, "fins": 0.0}
+SEEN = len(observation.NAMES)
+"""Numbers that a boat observes."""
 DOWN = -np.pi / 2
 """Heading of a boat that pushes the vessel from its +n side."""
 

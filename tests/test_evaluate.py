@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import SEEN
 
 from asv_env import make_params
 from baselines import evaluate, film, network, runner
@@ -62,7 +63,7 @@ def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("policies")
     for seed in (0, 1):
         rng = np.random.default_rng(seed)
-        layers = [(rng.normal(size=(n, m)), rng.normal(size=m)) for n, m in [(47, 32), (32, 2)]]
+        layers = [(rng.normal(size=(n, m)), rng.normal(size=m)) for n, m in [(SEEN, 32), (32, 2)]]
         network.save(folder / f"net{seed}.npz", layers, network.About(decide_every=2))
     PPO("MlpPolicy", BoatVecEnv("push", num_envs=1), device="cpu").save(folder / "model.zip")
     return folder
@@ -385,12 +386,12 @@ def test_a_file_that_is_no_policy_is_refused(tmp_path, capsys, text):
 @pytest.mark.parametrize(
     ("weight", "bias", "about", "message"),
     [
-        ((47, 2), (3,), {}, "do not fit"),
-        ((47,), (2,), {}, "do not fit"),
-        ((46, 2), (2,), {}, "must map an observation of 47"),
-        ((47, 2), (2,), {"tasks": ("approach",)}, "is for the task approach, not for 'push'"),
-        ((47, 2), (2,), {"action_mode": "thrusters"}, "gives 'thrusters' actions"),
-        ((47, 2), (2,), {"observation_version": 0}, "observes by version 0"),
+        ((SEEN, 2), (3,), {}, "do not fit"),
+        ((SEEN,), (2,), {}, "do not fit"),
+        ((SEEN - 1, 2), (2,), {}, f"must map an observation of {SEEN}"),
+        ((SEEN, 2), (2,), {"tasks": ("approach",)}, "is for the task approach, not for 'push'"),
+        ((SEEN, 2), (2,), {"action_mode": "thrusters"}, "gives 'thrusters' actions"),
+        ((SEEN, 2), (2,), {"observation_version": 0}, "observes by version 0"),
     ],
 )
 def test_a_policy_file_that_does_not_fit_is_refused(tmp_path, capsys, weight, bias, about, message):
@@ -402,30 +403,30 @@ def test_a_policy_file_that_does_not_fit_is_refused(tmp_path, capsys, weight, bi
 @pytest.mark.parametrize("about", ["no json", '"text"', '{"tasks": null}', '{"unknown": 1}'])
 def test_a_policy_file_that_says_nonsense_of_itself_is_refused(tmp_path, capsys, about):
     file = tmp_path / "mine.npz"
-    np.savez(file, about=np.array(about), weight_0=np.zeros((47, 2)), bias_0=np.zeros(2))
+    np.savez(file, about=np.array(about), weight_0=np.zeros((SEEN, 2)), bias_0=np.zeros(2))
     said = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
     assert f"{file} is not a policy file" in said
 
 
 def test_a_policy_file_gives_what_its_perceptron_says():
     rng = np.random.default_rng(0)
-    first, last = rng.normal(size=(47, 3)), rng.normal(size=(3, 2))
+    first, last = rng.normal(size=(SEEN, 3)), rng.normal(size=(3, 2))
     shift = rng.normal(size=3)
     policy = network.NetworkPolicy(
         [(first, shift), (last, np.zeros(2))], network.About(activation="relu"), make_params("push")
     )
-    seen = rng.normal(size=(5, 4, 47)).astype(np.float32)
+    seen = rng.normal(size=(5, 4, SEEN)).astype(np.float32)
     wanted = np.clip(np.maximum(seen @ first + shift, 0.0) @ last, -1.0, 1.0)
     np.testing.assert_allclose(policy.forward(seen), wanted, atol=1e-5)
 
 
 def test_a_policy_that_decides_less_often_holds_its_action():
     policy = network.NetworkPolicy(
-        [(np.eye(47, 2), np.zeros(2))], network.About(decide_every=3), make_params("push")
+        [(np.eye(SEEN, 2), np.zeros(2))], network.About(decide_every=3), make_params("push")
     )
     memory, done = None, []
     for tick in range(8):
-        seen = np.full((2, 4, 47), tick / 10, dtype=np.float32)
+        seen = np.full((2, 4, SEEN), tick / 10, dtype=np.float32)
         fresh = np.array([tick == 0, tick in (0, 4)])
         action, memory = policy.act(None, seen, memory, fresh)
         done.append(np.round(10 * action[:, 0, 0]).astype(int).tolist())
@@ -469,7 +470,7 @@ def test_a_model_with_other_spaces_is_refused(tmp_path, capsys):
     words = ["--policies", tmp_path / "pendulum.zip", "--trust-pickles"]
     said = refused(capsys, *SHORT, *words, "--out", tmp_path / "none")
     assert "maps observations (3,) to actions (1,)" in said
-    assert "(47,) -> (2,)" in said
+    assert f"({SEEN},) -> (2,)" in said
 
 
 # ---------------------------------------------------------------- suites

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers import SEEN
 
 from asv_env import Simulation, make_params
 from baselines import network, phases
@@ -9,12 +10,12 @@ from baselines.network import About, NetworkPolicy
 from baselines.phases import Phase, PhasedPolicy
 from baselines.scripted import ScriptedPolicy
 
-LAYERS = [(np.zeros((47, 2)), np.zeros(2))]
+LAYERS = [(np.zeros((SEEN, 2)), np.zeros(2))]
 
 
 def says(speed, patience=float("inf"), **about):
     """A network that always says the same."""
-    return Phase([(np.zeros((47, 2)), np.array([speed, 0.0]))], About(**about), patience)
+    return Phase([(np.zeros((SEEN, 2)), np.array([speed, 0.0]))], About(**about), patience)
 
 
 def same(one, other):
@@ -82,7 +83,7 @@ def test_a_larger_vessel_takes_longer():
 def test_worlds_do_not_depend_on_those_beside_them():
     params, rng = make_params("transport"), np.random.default_rng(0)
     nets = [
-        Phase([(rng.normal(size=(47, 2)), np.zeros(2))], About(decide_every=2), 1.0)
+        Phase([(rng.normal(size=(SEEN, 2)), np.zeros(2))], About(decide_every=2), 1.0)
         for _ in range(3)
     ]
     runs = []
@@ -104,7 +105,9 @@ def test_worlds_do_not_depend_on_those_beside_them():
 def test_a_file_gives_back_what_was_written(tmp_path):
     rng, file = np.random.default_rng(0), tmp_path / "two.npz"
     wrote = [
-        Phase([(rng.normal(size=(47, 2)).astype(np.float32), np.ones(2, np.float32))], about, wait)
+        Phase(
+            [(rng.normal(size=(SEEN, 2)).astype(np.float32), np.ones(2, np.float32))], about, wait
+        )
         for about, wait in ((About(tasks=("approach",)), 9.0), (About(decide_every=2), np.inf))
     ]
     phases.save(file, wrote, {"steps": 3})

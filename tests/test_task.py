@@ -743,6 +743,41 @@ def test_observation_changes_with_all_that_a_boat_must_know():
         assert np.abs(begin_at(sim, [motion], goal=GOAL)[0, 0] - plain[0, 0]).max() > 1e-4
 
 
+def column(name):
+    return observation.NAMES.index(name)
+
+
+@pytest.mark.parametrize("turn", [-0.07, 0.03, 0.6, np.pi - 0.01])
+def test_what_counts_at_the_goal_is_magnified(turn):
+    """A hundredth of a radian, a millimetre a second: a tenth and more of a feature's range."""
+    motion = bodies((0.1, 0, 0.3, 0.01, -0.02, 0.1), *np.random.default_rng(3).normal(size=(4, 6)))
+    goal = np.array([0.6, -0.8, 0.3 + turn])
+    seen = begin_at(Simulation(make_params(arena=10.0)), [motion], goal=goal)[0, 0]
+    velocity = (0.01 - 0.02j) * np.exp(-0.3j)
+    magnified = {
+        "vessel's turn to go, magnified": np.clip(turn / 0.1, -1, 1),
+        "vessel's yaw rate, magnified": 0.1 / 0.15,
+        "vessel's velocity, magnified, x": velocity.real / 0.04,
+        "vessel's velocity, magnified, y": velocity.imag / 0.04,
+    }
+    for name, expected in magnified.items():
+        assert seen[column(name)] == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("team", [2, 4, 8, 32])
+def test_a_boat_knows_the_sizes_of_its_team_and_of_the_vessel(team):
+    params = make_params(num_boats=team)
+    sim = begun(params)
+    seen = sim.reset()[0]
+    sim.state.working[0, 0] = False
+    after = step(sim, 0.0).observation[0]
+    size = column("inverse of the team's size")
+    np.testing.assert_allclose(seen[:, size], 2 / team)
+    np.testing.assert_allclose(after[:, size], 2 / (team - 1))
+    length = column("inverse of the vessel's length")
+    np.testing.assert_allclose(after[:, length], 0.4 / params.vessel.length, rtol=1e-6)
+
+
 # ------------------------------------------------------------------ noise
 
 

@@ -395,8 +395,9 @@ def test_pushes_begin_where_others_have_brought_the_vessel_into_closure():
 
 
 def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
-    said = refusal("--out", tmp_path / "r", "--hand-over", trained / "best.npz")
-    assert "this version reads 'asv-env phases 1'" in said
+    given = ("--out", tmp_path / "r", "--hand-over", trained / "best.npz")
+    assert "this version reads 'asv-env phases 1'" in refusal(*given, "--midway-starts", 0.5)
+    assert "midway_starts = 0: no episode would begin there" in refusal(*given)
     assert not (tmp_path / "r").exists()
 
 

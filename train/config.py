@@ -196,6 +196,11 @@ class Config:
                 f"num_envs = {self.num_envs}: {groups} combinations of teams and scenarios need "
                 "at least a world each, and one at least"
             )
+        if self.hand_over is not None and not self.midway_starts:
+            raise ValueError(
+                f"hand_over = {self.hand_over} with midway_starts = 0: no episode would begin "
+                "there; set midway_starts to the share of those that shall"
+            )
         if self.critic == "central" and len(set(self.teams)) > 1:
             raise ValueError(
                 f"critic = 'central' with teams = {self.teams}: the state of a world grows with "

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asv_env.params import EnvParams, TaskParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams, TaskParams
 from asv_env.presets import make_params
 from baselines import runner
 from baselines.episodes import Episode
@@ -33,7 +33,8 @@ class Score:
         median_time: of those, s.
         position_error: of those at the end, median, m.
         heading_error: of those at the end, median of the size, rad.
-        penalised_time: mean over all, with twice the time limit for a failure, s.
+        penalised_time: mean over all, with twice the time limit for a failure, s for a vessel of
+            0.40 m.
     """
 
     timesteps: int
@@ -90,6 +91,8 @@ def score(
     """What episodes of one group amount to."""
     done = [one for one in episodes if one.success]
     late = 2 * params.time_limit_ticks / params.clock.control
+    size = params.vessel.length / NOMINAL_LENGTH
+    times = [one.duration if one.success else late for one in episodes]
     return Score(
         timesteps=now[0],
         seconds=round(now[1], 1),
@@ -100,7 +103,7 @@ def score(
         median_time=_median([one.duration for one in done]),
         position_error=_median([one.position_error for one in done]),
         heading_error=_median([abs(one.heading_error or 0.0) for one in done]),
-        penalised_time=float(np.mean([one.duration if one.success else late for one in episodes])),
+        penalised_time=float(np.mean(times)) / size,
     )
 
 

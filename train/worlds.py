@@ -20,8 +20,8 @@ from train.config import Config
 from train.curriculum import Midway, Starts, grown, training_params
 from train.residual import CorrectedVecEnv
 
-WATCHED = 256
-"""Episodes from which midway starts are taken."""
+WATCHED, LEAST_WATCHED = 384, 24
+"""Episodes from which midway starts are taken, shared out over the groups; least of a group."""
 
 
 class Worlds(VecEnv):
@@ -34,7 +34,8 @@ class Worlds(VecEnv):
     def __init__(self, config: Config) -> None:
         self._config = config
         self._groups = list(product(config.teams, config.scenarios))
-        self._midways = [self._midway(*group) for group in self._groups]
+        midways = {group: self._midway(*group) for group in dict.fromkeys(self._groups)}
+        self._midways = [midways[group] for group in self._groups]
         self._parts = self._made(config.first_share)
         rows = [part.num_envs for part in self._parts]
         self._cuts = np.cumsum(rows)[:-1]
@@ -87,7 +88,8 @@ class Worlds(VecEnv):
         if not self._config.midway_starts:
             return None
         config = self._config
-        seeds = range(config.first_seed, config.first_seed + WATCHED)
+        watched = max(LEAST_WATCHED, WATCHED // len(set(self._groups)))
+        seeds = range(config.first_seed, config.first_seed + watched)
         if config.hand_over is not None:
             params = make_params("transport", team, scenario)
             return Midway.handed_over(config.hand_over, params, seeds)
