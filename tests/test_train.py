@@ -94,6 +94,14 @@ def test_a_run_leaves_its_files(trained):
     assert list((trained / "tensorboard").iterdir())
 
 
+def test_a_run_that_has_come_to_its_end_is_left_as_it_is(trained, tmp_path):
+    run = tmp_path / "run"
+    shutil.copytree(trained, run)
+    before = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
+    train(run)
+    assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
+
+
 def test_the_curve_has_a_row_for_each_evaluation(trained):
     rows = np.genfromtxt(trained / "curve.csv", delimiter=",", names=True, dtype=None)
     assert rows["timesteps"].tolist() == [0, 2048, 4096]

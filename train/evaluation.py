@@ -168,13 +168,25 @@ def append(file: Path, scores: Sequence[Score]) -> None:
         writer.writerows(asdict(one) for one in scores)
 
 
+def reached(file: Path) -> int:
+    """Timesteps of the last evaluation in ``curve.csv``; 0 where there is none."""
+    return max((int(row["timesteps"]) for row in _rows(file)), default=0)
+
+
 def cut(file: Path, timesteps: int) -> None:
     """Drops what ``curve.csv`` says of later than ``timesteps``: it will be learned again."""
     if not file.exists():
         return
-    with file.open(newline="", encoding="utf-8") as text:
-        rows = [row for row in csv.DictReader(text) if int(row["timesteps"]) <= timesteps]
+    rows = [row for row in _rows(file) if int(row["timesteps"]) <= timesteps]
     with file.open("w", newline="", encoding="utf-8") as out:
         writer = csv.DictWriter(out, COLUMNS)
         writer.writeheader()
         writer.writerows(rows)
+
+
+def _rows(file: Path) -> list[dict[str, str]]:
+    """Rows of ``curve.csv``; none where it is not there yet."""
+    if not file.exists():
+        return []
+    with file.open(newline="", encoding="utf-8") as text:
+        return list(csv.DictReader(text))

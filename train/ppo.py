@@ -222,6 +222,8 @@ def train(config: Config) -> None:
     """
     torch.set_num_threads(config.torch_threads)
     run, start = opened(config)
+    if run.checkpoint.exists() and evaluation.reached(run.curve) >= config.total_timesteps:
+        return
     with tracking.tracked(config, run.folder):
         worlds, began = Worlds(config), time.monotonic()
         resumed = run.checkpoint.exists()
