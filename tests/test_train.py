@@ -457,6 +457,10 @@ def test_worlds_are_the_same_after_the_same_renewal():
     action = np.full((worlds.num_envs, 2), 0.5, dtype=np.float32)
     assert worlds.num_envs == 2 * (2 * 4 + 2 * 6)
 
+    weighted = tiny(teams=(4, 6, 6), num_envs=7)
+    assert weighted.shared_out(7) == {(4, "noisy"): 3, (6, "noisy"): 4}
+    assert Worlds(weighted).num_envs == 3 * 4 + 4 * 6
+
     def begun(progress, seed):
         seen = [worlds.renew(progress, seed)]
         for _ in range(5):

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
@@ -223,6 +225,15 @@ class Config:
     def first_share(self) -> float:
         """Of half a turn by which goals lie off the way ahead in the beginning."""
         return self.narrowest if self.widening else 1.0
+
+    def shared_out(self, worlds: int) -> Counter[tuple[int, str]]:
+        """Number of worlds of each combination of team size and scenario, in their order."""
+        named = list(product(self.teams, self.scenarios))
+        each, left = divmod(worlds, len(named))
+        groups: Counter[tuple[int, str]] = Counter()
+        for number, group in enumerate(named):
+            groups[group] += each + (number < left)
+        return groups
 
     @property
     def decide_every(self) -> int:

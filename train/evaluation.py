@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +61,7 @@ def evaluate(layers: Layers, about: About, config: Config, now: tuple[int, float
         now: timesteps and seconds of the training.
     """
     scores = []
-    for team, scenario in dict.fromkeys(product(config.teams, config.scenarios)):
+    for team, scenario in config.shared_out(config.num_envs):
         params = make_params(config.task, team, scenario, side=side(config))
         episodes = run(layers, about, params, config)
         scores.append(score(episodes, params, scenario, now))

@@ -9,7 +9,6 @@ what is seen.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -87,13 +86,13 @@ def fit(
 
 def watched(actor: nn.Module, config: Config, number: int) -> list[Pairs]:
     """What is seen in a round, and what the teacher would do there; of every group of worlds."""
-    groups = list(product(config.teams, config.scenarios))
-    worlds = max(1, config.imitation_worlds // len(groups))
     first = config.first_seed + number * config.imitation_worlds
-    return [
-        _watched(actor, config, group, range(first + k * worlds, first + (k + 1) * worlds), number)
-        for k, group in enumerate(groups)
-    ]
+    pairs = []
+    for group, worlds in config.shared_out(config.imitation_worlds).items():
+        seeds = range(first, first + max(1, worlds))
+        pairs.append(_watched(actor, config, group, seeds, number))
+        first = seeds.stop
+    return pairs
 
 
 def _watched(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import chain, product
+from itertools import chain
 from typing import Any
 
 import gymnasium
@@ -33,9 +33,8 @@ class Worlds(VecEnv):
 
     def __init__(self, config: Config) -> None:
         self._config = config
-        self._groups = list(product(config.teams, config.scenarios))
-        midways = {group: self._midway(*group) for group in dict.fromkeys(self._groups)}
-        self._midways = [midways[group] for group in self._groups]
+        self._groups = config.shared_out(config.num_envs)
+        self._midways = [self._midway(*group) for group in self._groups]
         self._parts = self._made(config.first_share)
         rows = [part.num_envs for part in self._parts]
         self._cuts = np.cumsum(rows)[:-1]
@@ -60,17 +59,17 @@ class Worlds(VecEnv):
         return self.reset()
 
     def _made(self, share: float) -> list[BoatVecEnv]:
-        config, groups = self._config, len(self._groups)
+        config = self._config
         made: Any = BoatVecEnv
         if config.residual:
             made = partial(CorrectedVecEnv, share=config.residual)
         parts = []
-        for number, (team, scenario) in enumerate(self._groups):
+        for number, ((team, scenario), worlds) in enumerate(self._groups.items()):
             params = grown(training_params(config, team, scenario), share)
             parts.append(
                 made(
                     config.task,
-                    config.num_envs // groups + (number < config.num_envs % groups),
+                    worlds,
                     team,
                     scenario,
                     stagger=True,
@@ -88,7 +87,7 @@ class Worlds(VecEnv):
         if not self._config.midway_starts:
             return None
         config = self._config
-        watched = max(LEAST_WATCHED, WATCHED // len(set(self._groups)))
+        watched = max(LEAST_WATCHED, WATCHED // len(self._groups))
         seeds = range(config.first_seed, config.first_seed + watched)
         if config.hand_over is not None:
             params = make_params("transport", team, scenario)
