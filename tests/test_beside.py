@@ -60,6 +60,13 @@ def test_episodes_that_come_out_otherwise_are_not_kept(folder, capsys):
     assert "idle, nominal, seed 3000000: comes out otherwise" in refusal(folder, capsys)
 
 
+def test_rounding_of_another_processor_does_not_count(folder):
+    file = folder / "published/episodes.csv"
+    error = str(read_csv(file)[0].position_error)
+    file.write_text(file.read_text().replace(error, str(float(error) + 1e-9)))
+    beside.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+
+
 def test_what_the_reward_weighs_does_not_count(folder):
     file = folder / "published/episodes.csv"
     rows = read_csv(file)

@@ -79,12 +79,15 @@ TRAININGS = {
     APPROACH: Training(
         replace(
             PRESETS["approach"],
+            teams=(2, 3, 4, 4, 6, 8, 12),
+            scenarios=("noisy", "nominal", "failure"),
             near_starts=0.25,
             slot_starts=0.15,
             time_limit=60.0,
             gamma=0.98,
             log_std_init=-2.7,
-            total_timesteps=10_000_000,
+            total_timesteps=12_000_000,
+            eval_episodes=40,
         )
     ),
     "push": Training(FIRST),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from baselines import learned, network, phases
@@ -19,8 +21,11 @@ suites is in [docs/results](../../docs/results/README.md), what they do differen
 they fail in [docs/learned.md](../../docs/learned.md). `python -m train.recipe` makes them.
 
 A *step* is a decision of a single boat. *Success* and *time* (median) are those of the last
-evaluation on development seeds, in the task of that training, noisy first.
+evaluation on development seeds, in the task of that training, noisy first; of many combinations of
+team and scenario, the median and the range.
 """
+MOST = 5
+"""Evaluations that are told one by one."""
 HEADS = (
     *("training", "begins with", "scenarios", "boats", "steps", "minutes", "seeds of its worlds"),
     *("success", "time [s]"),
@@ -71,6 +76,13 @@ def _line(card: dict[str, Any]) -> list[str]:
         f"{card['timesteps'] / 1e6:.1f} M",
         f"{scores[0]['seconds'] / 60:.0f}",
         f"{first:,} to {last:,}",
-        ", ".join(share(one["success"]) for one in scores),
-        ", ".join(f"{one['median_time']:.1f}" for one in scores),
+        _together([one["success"] for one in scores], share),
+        _together([one["median_time"] for one in scores], "{:.1f}".format),
     ]
+
+
+def _together(values: Sequence[float], told: Callable[[float], str]) -> str:
+    """Values of some evaluations; of many, the median and the range."""
+    if len(values) <= MOST:
+        return ", ".join(map(told, values))
+    return f"{told(median(values))} ({told(min(values))} to {told(max(values))})"
