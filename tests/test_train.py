@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -32,6 +33,7 @@ from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
 from train.curriculum import Midway, Starts, grown
 from train.ppo import Keeper, Learner
 from train.residual import CorrectedVecEnv
+from train.run import opened
 from train.worlds import Worlds
 
 ROOT = Path(__file__).parents[1]
@@ -203,6 +205,18 @@ def test_a_changed_configuration_is_refused(trained):
     assert "task was 'push' and is 'approach'" in refusal("--out", trained, "--task", "approach")
 
 
+def test_an_option_that_a_run_does_not_know_had_its_default(trained, tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(trained, folder)
+    file = folder / "config.json"
+    told = json.loads(file.read_text())
+    del told["options"]["slot_starts"]
+    file.write_text(json.dumps(told))
+    opened(tiny(out=folder))
+    with pytest.raises(ValueError, match=re.escape("slot_starts was 0.0 and is 0.5")):
+        opened(tiny(out=folder, slot_starts=0.5))
+
+
 def test_another_version_of_the_observation_is_refused(trained, monkeypatch):
     monkeypatch.setattr(observation, "VERSION", observation.VERSION + 1)
     assert f"trained on version {observation.VERSION - 1}" in refusal("--out", trained)
@@ -256,6 +270,26 @@ def test_a_policy_file_is_a_beginning(trained, tmp_path):
     assert same(perceptron.layers_of(networks.actor(learner.policy)), layers)
     with pytest.raises(ValueError, match="--hidden"):
         perceptron.put_layers(networks.actor(learner.policy), layers[1:])
+
+
+def test_a_wider_actor_begins_by_acting_as_the_file(trained):
+    layers, _ = network.read(trained / "best.npz")
+
+    def actor(*hidden):
+        config = tiny(hidden=hidden)
+        made = networks.actor(Learner.made(config, Worlds(config)).policy)
+        perceptron.put_layers(made, layers)
+        return made
+
+    wider = actor(24, 40)
+    seen = torch.randn(50, len(observation.NAMES), generator=torch.Generator().manual_seed(1))
+    torch.testing.assert_close(wider(seen), actor(16, 16)(seen))
+    wider(seen).sum().backward()
+    *hidden, last = perceptron.linear_layers(wider)
+    assert [one.out_features for one in (*hidden, last)] == [24, 40, 2]
+    assert (last.weight.grad[:, 16:] != 0).any()  # what is new can learn
+    with pytest.raises(ValueError, match="or wider"):
+        actor(16, 8)
 
 
 def test_a_missing_extra_is_named(monkeypatch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import numpy as np
 import torch
 from torch import nn
 from tqdm import tqdm
@@ -29,20 +30,26 @@ def layers_of(actor: nn.Module) -> Layers:
 def put_layers(actor: nn.Module, layers: Layers) -> None:
     """Gives the actor the weights of a policy file.
 
+    Where the actor's layers are wider, it acts as the file does: what its further units say does
+    not count in the beginning.
+
     Raises:
-        ValueError: layers of other sizes.
+        ValueError: layers that are more, fewer or wider than the actor's.
     """
     own = linear_layers(actor)
     wanted = [tuple(one.weight.shape)[::-1] for one in own]
     given = [weight.shape for weight, _ in layers]
-    if wanted != given:
+    if len(wanted) != len(given) or (np.array(given) > wanted).any():
         raise ValueError(
-            f"layers of sizes {given} do not fit the actor's {wanted}: choose --hidden after them"
+            f"layers of sizes {given} do not fit into the actor's {wanted}: choose --hidden "
+            "after them, or wider"
         )
     with torch.no_grad():
         for one, (weight, bias) in zip(own, layers, strict=True):
-            one.weight.copy_(torch.as_tensor(weight.T))
-            one.bias.copy_(torch.as_tensor(bias))
+            inputs, outputs = weight.shape
+            one.weight[:outputs, :inputs] = torch.as_tensor(weight.T)
+            one.weight[:outputs, inputs:] = 0.0
+            one.bias[:outputs] = torch.as_tensor(bias)
 
 
 def begin(actor: nn.Module, config: Config, start: Layers | None) -> None:

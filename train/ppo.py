@@ -225,7 +225,7 @@ def train(config: Config) -> None:
     if run.checkpoint.exists() and evaluation.reached(run.curve) >= config.total_timesteps:
         return
     with tracking.tracked(config, run.folder):
-        worlds, began = Worlds(config), time.monotonic()
+        began, worlds = time.monotonic(), Worlds(config)
         resumed = run.checkpoint.exists()
         if resumed:
             learner = Learner.load(run.checkpoint, env=worlds, device="cpu")

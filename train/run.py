@@ -123,7 +123,7 @@ class Run:
                 f"{self.folder} was trained on version {told.get('observation_version')} of the "
                 f"observation, this is version {observation.VERSION}: {remedy}"
             )
-        before, now = told.get("options", {}), self.config.learned()
+        before, now = Config().learned() | told.get("options", {}), self.config.learned()
         changed = [
             f"{name} was {before.get(name)!r} and is {now.get(name)!r}"
             for name in dict.fromkeys([*before, *now])
