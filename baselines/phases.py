@@ -3,7 +3,7 @@
 Each of them has a job that is learned in minutes to hours, and can be trained and watched alone.
 Which of them acts is decided as in the scripted policy: the team approaches until the vessel is in
 closure, then it pushes; when the goal is not reached in time, or a boat is lost, it begins again,
-and then the next network pushes.
+and then the next network pushes. A team size may have networks of its own.
 """
 
 from __future__ import annotations
@@ -38,11 +38,13 @@ class Phase:
         layers: of the network.
         about: what it was made for.
         patience: time after which its attempt is given up, s for a vessel of 0.40 m.
+        boats: the team size that has this network for itself; None serves all that have none.
     """
 
     layers: Layers
     about: About
     patience: float = float("inf")
+    boats: int | None = None
 
 
 @dataclass
@@ -69,14 +71,16 @@ class PhasedPolicy:
 
     Args:
         phases: the network that approaches, then those that push: the first one in the first
-            attempt, and so on; the last one in all that are left.
+            attempt, and so on; the last one in all that are left. Only those count that serve
+            the environment's team.
         params: of the environment.
 
     Raises:
-        ValueError: they were made for other actions or other observations.
+        ValueError: they were made for other actions, other observations or other teams.
     """
 
     def __init__(self, phases: Sequence[Phase], params: EnvParams) -> None:
+        phases = serving(phases, params.num_boats)
         self._networks = [
             NetworkPolicy(one.layers, replace(one.about, tasks=TASKS, mirrors=False), params)
             for one in phases
@@ -126,6 +130,22 @@ class PhasedPolicy:
         return lost
 
 
+def serving(phases: Sequence[Phase], num_boats: int) -> Sequence[Phase]:
+    """Those for a team: its own, or those of all teams that have none.
+
+    Raises:
+        ValueError: there are fewer than two.
+    """
+    own = [one for one in phases if one.boats == num_boats]
+    own = own or [one for one in phases if one.boats is None]
+    if len(own) < 2:
+        raise ValueError(
+            f"{len(own)} networks for a team of {num_boats}: there must be two at least, one that "
+            "approaches and one that pushes"
+        )
+    return own
+
+
 def save(path: Path, phases: Sequence[Phase], card: dict[str, Any]) -> None:
     """Writes a policy file (``.npz``) of several networks.
 
@@ -134,7 +154,9 @@ def save(path: Path, phases: Sequence[Phase], card: dict[str, Any]) -> None:
         phases: the networks, see ``PhasedPolicy``.
         card: where it comes from; free of form.
     """
-    told = [{"about": asdict(one.about), "patience": one.patience} for one in phases]
+    told = [
+        {"about": asdict(one.about), "patience": one.patience, "boats": one.boats} for one in phases
+    ]
     weights: dict[str, Any] = {}
     for number, one in enumerate(phases):
         weights |= network.arrays(one.layers, f"phase_{number}_")
@@ -157,11 +179,10 @@ def read(path: Path) -> tuple[list[Phase], dict[str, Any]]:
                 network.layers_in(file, f"phase_{number}_"),
                 network.about_of(one["about"]),
                 one["patience"],
+                one.get("boats"),
             )
             for number, one in enumerate(about["phases"])
         ]
-        if len(phases) < 2:
-            raise ValueError(f"{len(phases)} networks: there must be two at least")
         return phases, about["card"]
 
 

@@ -15,9 +15,10 @@ from baselines.evaluate.entrants import Source
 from baselines.scripted import ScriptedPolicy
 from train import recipe
 from train.config import Config
-from train.recipe import APPROACH, PUSH, Training
+from train.recipe import APPROACH, Training
 
 FILES = sorted(learned.FOLDER.glob("*.npz"))
+PUSH = "second"
 DEVELOPMENT = range(seeds.DEVELOPMENT.start, seeds.DEVELOPMENT.start + 32)
 TINY = {
     "num_envs": 8, "num_steps": 16, "num_minibatches": 2, "update_epochs": 1, "hidden": (16,),
@@ -95,15 +96,17 @@ def short(monkeypatch):
     steps = {
         APPROACH: Training(approach),
         "first": Training(push),
-        PUSH: Training(replace(push, log_std_init=-2.0), after="first"),
+        PUSH: Training(replace(push, log_std_init=-2.0, hidden=(24,)), after="first"),
     }
     monkeypatch.setattr(recipe, "TRAININGS", steps)
+    monkeypatch.setattr(recipe, "PAIRS", ((APPROACH, PUSH, None), (APPROACH, "first", 4)))
 
 
 def test_the_recipe_leaves_policy_files(short, tmp_path):
     recipe.main(["--out", str(tmp_path / "r"), "--torch-threads", "1", "--seed", "2"])
     made, _ = phases.read(tmp_path / "r/transport.npz")
-    for phase, name in zip(made, (APPROACH, PUSH), strict=True):
+    assert [phase.boats for phase in made] == [None, None, 4, 4]
+    for phase, name in zip(made, (APPROACH, PUSH, APPROACH, "first"), strict=True):
         layers, about = network.read(tmp_path / "r" / name / "best.npz")
         assert all(
             np.array_equal(a, b)
@@ -145,5 +148,6 @@ def test_the_recipe_begins_each_training_after_the_one_it_needs():
     names = list(recipe.TRAININGS)
     for name, training in recipe.TRAININGS.items():
         assert training.after is None or names.index(training.after) < names.index(name)
-    assert {APPROACH, PUSH} <= set(names)
+    joined = {name for approach, push, _ in recipe.PAIRS for name in (approach, push)}
+    assert {APPROACH, *joined} <= set(names)
     assert json.dumps({name: one.config.learned() for name, one in recipe.TRAININGS.items()})

@@ -13,9 +13,9 @@ from baselines.scripted import ScriptedPolicy
 LAYERS = [(np.zeros((SEEN, 2)), np.zeros(2))]
 
 
-def says(speed, patience=float("inf"), **about):
+def says(speed, patience=float("inf"), boats=None, **about):
     """A network that always says the same."""
-    return Phase([(np.zeros((SEEN, 2)), np.array([speed, 0.0]))], About(**about), patience)
+    return Phase([(np.zeros((SEEN, 2)), np.array([speed, 0.0]))], About(**about), patience, boats)
 
 
 def same(one, other):
@@ -80,6 +80,13 @@ def test_a_larger_vessel_takes_longer():
     assert (said[:, 0] == 0.2).sum() == np.ceil(10 * length / 0.4)
 
 
+@pytest.mark.parametrize(("team", "said"), [(3, 0.2), (4, 0.4), (6, 0.2)])
+def test_a_team_that_has_networks_of_its_own_is_served_by_these(team, said):
+    params = make_params("push", num_boats=team, goal=(0.2, -0.9, 0.1))
+    nets = [says(0.1), says(0.2), says(0.3, boats=4), says(0.4, boats=4)]
+    assert (who_acts(PhasedPolicy(nets, params), params, 5) == said).all()
+
+
 def test_worlds_do_not_depend_on_those_beside_them():
     params, rng = make_params("transport"), np.random.default_rng(0)
     nets = [
@@ -105,10 +112,12 @@ def test_worlds_do_not_depend_on_those_beside_them():
 def test_a_file_gives_back_what_was_written(tmp_path):
     rng, file = np.random.default_rng(0), tmp_path / "two.npz"
     wrote = [
-        Phase(
-            [(rng.normal(size=(SEEN, 2)).astype(np.float32), np.ones(2, np.float32))], about, wait
+        Phase([(rng.normal(size=(SEEN, 2)).astype(np.float32), np.ones(2, np.float32))], *rest)
+        for rest in (
+            (About(tasks=("approach",)), 9.0),
+            (About(decide_every=2), np.inf, None),
+            (About(), 3.0, 7),
         )
-        for about, wait in ((About(tasks=("approach",)), 9.0), (About(decide_every=2), np.inf))
     ]
     phases.save(file, wrote, {"steps": 3})
     read, card = phases.read(file)
@@ -116,6 +125,7 @@ def test_a_file_gives_back_what_was_written(tmp_path):
     for one, other in zip(read, wrote, strict=True):
         assert same(one.layers, other.layers)
         assert (one.about, one.patience) == (other.about, other.patience)
+        assert one.boats == other.boats
     assert isinstance(phases.load(file, make_params("transport")), PhasedPolicy)
 
 
@@ -127,7 +137,8 @@ def test_files_of_one_network_are_read_too(tmp_path):
 @pytest.mark.parametrize(
     ("nets", "message"),
     [
-        ([Phase(LAYERS, About())], "1 networks: there must be two"),
+        ([Phase(LAYERS, About())], "1 networks for a team of 4: there must be two"),
+        ([says(0.1, boats=6), says(0.2, boats=6)], "0 networks for a team of 4"),
         ([says(0.1), says(0.2, action_mode="thrusters")], "gives 'thrusters' actions"),
         ([says(0.1), says(0.2, observation_version=0)], "observes by version 0"),
         ([says(0.1), Phase([(np.zeros((46, 2)), np.zeros(2))], About())], "must map an observ"),

@@ -1,10 +1,10 @@
 """The recipe of the policies that are part of this package: ``python -m train.recipe``.
 
-Several trainings, some of which begin with what the one before them has learned. At the end a
-network that approaches the vessel and one that pushes it are put together: ``transport.npz`` is
-a policy for Push and Transport, ``approach.npz`` one for Approach. Each training is a run as
-``python -m train`` makes it, with a folder of its own; the same command goes on where it was
-stopped.
+Several trainings, some of which begin with what the one before them has learned. At the end
+networks that approach the vessel and networks that push it are put together: ``transport.npz`` is
+a policy for Push and Transport, with two networks for every team and two for teams of four;
+``approach.npz`` is one for Approach. Each training is a run as ``python -m train`` makes it, with a
+folder of its own; the same command goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -31,17 +31,19 @@ class Training:
     Attributes:
         config: of the run, but for its seed, its folder and where it begins.
         after: name of the training with whose best policy it begins; None for one that has none.
-        takes_over: whether pushes begin where the networks so far have brought the vessel into
-            closure.
+        takes_over: name of an approach; pushes then begin where that and the training before
+            have brought the vessel into closure.
     """
 
     config: Config
     after: str | None = None
-    takes_over: bool = False
+    takes_over: str | None = None
 
 
-APPROACH, PUSH = "approach", "push-finely"
-"""The trainings whose networks are put together."""
+APPROACH = "approach"
+"""The training of ``approach.npz``."""
+PAIRS = ((APPROACH, "push-teams", None), ("approach-four", "push-finely", 4))
+"""Trainings of the networks of ``transport.npz``, and the team that has them for itself."""
 PATIENCE = 34.0
 """Time after which a push is given up, s for a vessel of 0.40 m."""
 FIRST = replace(
@@ -75,33 +77,39 @@ LATER = replace(
     ent_coef=0.001,
 )
 """Of one that has been learned."""
+TO_SLOTS = replace(
+    PRESETS["approach"],
+    near_starts=0.25,
+    slot_starts=0.15,
+    time_limit=60.0,
+    gamma=0.98,
+    log_std_init=-2.7,
+    total_timesteps=10_000_000,
+)
+"""Of an approach."""
 TRAININGS = {
     APPROACH: Training(
         replace(
-            PRESETS["approach"],
+            TO_SLOTS,
             teams=(2, 3, 4, 4, 6, 8, 12),
             scenarios=("noisy", "nominal", "failure"),
-            near_starts=0.25,
-            slot_starts=0.15,
-            time_limit=60.0,
-            gamma=0.98,
-            log_std_init=-2.7,
             total_timesteps=12_000_000,
             eval_episodes=40,
         )
     ),
+    "approach-four": Training(TO_SLOTS),
     "push": Training(FIRST),
     "push-on": Training(
         replace(LATER, log_std_init=-2.1, log_std_min=-2.4, total_timesteps=14_000_000),
         after="push",
-        takes_over=True,
+        takes_over="approach-four",
     ),
     "push-exactly": Training(
         replace(LATER, log_std_init=-2.6, log_std_min=-3.0, total_timesteps=18_000_000),
         after="push-on",
-        takes_over=True,
+        takes_over="approach-four",
     ),
-    PUSH: Training(
+    "push-finely": Training(
         replace(
             LATER,
             scenarios=("noisy", "noisy", "noisy", "nominal", "mismatch"),
@@ -113,7 +121,27 @@ TRAININGS = {
             total_timesteps=8_000_000,
         ),
         after="push-exactly",
-        takes_over=True,
+        takes_over="approach-four",
+    ),
+    "push-teams": Training(
+        replace(
+            LATER,
+            teams=(3, 4, 4, 4, 6, 6, 8, 8, 12),
+            scenarios=("noisy", "noisy", "mismatch", "failure"),
+            hidden=(256, 256),
+            num_envs=324,
+            num_steps=20,
+            time_limit=40.0,
+            gamma=0.994,
+            log_std_init=-2.4,
+            log_std_min=-3.0,
+            adapt_kl=0.01,
+            total_timesteps=70_000_000,
+            eval_every=20_000_000,
+            eval_episodes=10,
+        ),
+        after="push-finely",
+        takes_over=APPROACH,
     ),
 }
 """The recipe, in the order in which it is followed."""
@@ -135,30 +163,33 @@ def follow(seed: int, out: Path, threads: int) -> None:
         config = replace(training.config, seed=seed, out=out / name, torch_threads=threads)
         if training.after is not None:
             config = replace(config, init_from=best(out / training.after))
-        if training.takes_over and training.after is not None:
+        if training.after and training.takes_over:
             before = out / f"{training.after}-joined{SUFFIX}"
             if not before.exists():
-                join(out, training.after, before)
+                join(out, [(training.takes_over, training.after, None)], before)
             config = replace(config, hand_over=before)
         ppo.train(config)
     shutil.copyfile(checked(out / APPROACH), out / f"approach{SUFFIX}")
-    join(out, PUSH, out / f"transport{SUFFIX}")
+    join(out, PAIRS, out / f"transport{SUFFIX}")
 
 
-def join(out: Path, push: str, file: Path) -> None:
-    """Puts the network that approaches and one that pushes together.
+def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) -> None:
+    """Puts networks that approach and networks that push together.
 
     Args:
         out: folder of the recipe.
-        push: name of the training of the latter.
+        pairs: names of the training of one of each, and the team that has them for itself.
         file: policy file to be written.
 
     Raises:
         ValueError: a policy file differs from the network that was trained.
     """
-    names = ((APPROACH, float("inf")), (push, PATIENCE))
-    pair = [Phase(*network.read(checked(out / name)), wait) for name, wait in names]
-    write(file, lambda part: phases.save(part, pair, {}))
+    joined = [
+        Phase(*network.read(checked(out / name)), patience, boats)
+        for approach, push, boats in pairs
+        for name, patience in ((approach, float("inf")), (push, PATIENCE))
+    ]
+    write(file, lambda part: phases.save(part, joined, {}))
 
 
 def checked(run: Path) -> Path:

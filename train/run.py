@@ -164,7 +164,9 @@ def opened(config: Config) -> tuple[Run, Layers | None]:
     start, card = initial(config)
     check_recorded(config)
     if config.hand_over is not None:
-        phases.read(config.hand_over)
+        handed, _ = phases.read(config.hand_over)
+        for team in config.teams:
+            phases.serving(handed, team)
     tracking.check(config)
     run = Run(config)
     run.open(card)
