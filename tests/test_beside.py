@@ -16,7 +16,7 @@ SUITE = ["--suite", "plane-v1", "--workers", "0"]
 def made(tmp_path_factory):
     """Results of one policy, and a run of another with more episodes."""
     folder = tmp_path_factory.mktemp("beside")
-    for name, policy, episodes in (("published", "idle", 2), ("run", "random", 3)):
+    for name, policy, episodes in (("published", "idle", 3), ("run", "random", 4)):
         options = ["--policies", policy, "--episodes", str(episodes), "--out", str(folder / name)]
         evaluate.main([*SUITE, *options])
     return folder
@@ -42,7 +42,7 @@ def test_policies_are_added(folder):
     for _ in range(2):  # those that are there already are replaced
         beside.main([str(folder / "run"), str(folder / "published")])
         rows = read_csv(folder / "published/episodes.csv")
-        assert len(rows) == 8
+        assert len(rows) == 12
         assert all(row in rows for row in [*old, *new])
     summary = json.loads((folder / "published/summary.json").read_text())
     assert list(summary["policies"]) == ["idle", "random"]
@@ -57,7 +57,8 @@ def test_episodes_that_come_out_otherwise_are_not_kept(folder, capsys):
     cells = rows[1].split(",")
     cells[12] = "0.25"  # position_error
     file.write_text("".join([rows[0], ",".join(cells), *rows[2:]]))
-    assert "idle, nominal, seed 3000000: comes out otherwise" in refusal(folder, capsys)
+    said = "idle, nominal: 1 of 1 episodes come out otherwise than published, seed 3000000"
+    assert said in refusal(folder, capsys)
 
 
 def test_rounding_of_another_processor_does_not_count(folder):
@@ -65,6 +66,13 @@ def test_rounding_of_another_processor_does_not_count(folder):
     error = str(read_csv(file)[0].position_error)
     file.write_text(file.read_text().replace(error, str(float(error) + 1e-9)))
     beside.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+
+
+def test_one_episode_in_which_rounding_has_grown_does_not_count(folder):
+    file = folder / "published/episodes.csv"
+    error = str(read_csv(file)[0].position_error)
+    file.write_text(file.read_text().replace(error, str(float(error) + 1e-3)))
+    beside.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
 
 
 def test_what_the_reward_weighs_does_not_count(folder):
@@ -79,7 +87,7 @@ def test_runs_that_cannot_be_compared_are_refused(folder, capsys):
     file = folder / "run/summary.json"
     summary = json.loads(file.read_text())
     file.write_text(json.dumps({**summary, "episodes": 1}))
-    assert "run it with --episodes 2" in refusal(folder, capsys)
+    assert "run it with --episodes 3" in refusal(folder, capsys)
     summary["origin"]["set of libraries"]["pymunk"] = "0"
     file.write_text(json.dumps(summary))
     assert "set of libraries is" in refusal(folder, capsys)

@@ -94,7 +94,7 @@ def draw(curves: dict[str, Curve], title: str) -> Figure:
             right.fill_between(curve.minutes, *band(curve.time), color=colour, alpha=0.2, lw=0)
     _dress(left, "success on development seeds (%)")
     left.set_ylim(0, 100)
-    left.legend(frameon=False, loc="lower right")
+    figure.legend(loc="outside lower center", ncols=len(curves), frameon=False)
     _dress(right, "median time of successes (s)")
     right.set_ylim(bottom=0)
     figure.suptitle(title, fontsize="medium")
