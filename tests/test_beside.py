@@ -2,12 +2,14 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import pytest
 
 from baselines import evaluate
 from baselines.evaluate import beside
-from baselines.evaluate.results import read_csv
+from baselines.evaluate.results import of_rows, read_csv, write_csv
+from baselines.evaluate.suites import SUITES
 
 SUITE = ["--suite", "plane-v1", "--workers", "0"]
 
@@ -73,6 +75,16 @@ def test_one_episode_in_which_rounding_has_grown_does_not_count(folder):
     error = str(read_csv(file)[0].position_error)
     file.write_text(file.read_text().replace(error, str(float(error) + 1e-3)))
     beside.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
+
+
+def test_one_episode_that_ends_otherwise_counts(folder, capsys):
+    file = folder / "published/episodes.csv"
+    rows = read_csv(file)
+    rows[0] = replace(rows[0], cause="strayed", position_error=1.0)
+    write_csv(file, of_rows(SUITES["plane-v1"].first(3), rows))
+    with pytest.raises(SystemExit):
+        beside.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
+    assert "idle, nominal: 1 of 3 episodes come out otherwise" in capsys.readouterr().err
 
 
 def test_what_the_reward_weighs_does_not_count(folder):

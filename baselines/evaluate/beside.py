@@ -4,8 +4,8 @@ Thousands of episodes of the scripted policies need not be run again for a polic
 They are kept if the suite and the libraries are the same, and if the first of them, run again in
 every arm with the code as it is, come out the same but for rounding, which differs between
 processors. In a few it may have grown: a team that chases a vessel for minutes in moving water
-magnifies it. Other code would change them all, so most have to be the same. The return does not
-count, whose weights may have changed.
+magnifies it. Other code would change them all, so most have to be the same, and the others have to
+end alike. The return does not count, whose weights may have changed.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def check(suite: Suite, results: Results, count: int) -> None:
     """Runs the first episodes of every arm again.
 
     Raises:
-        ValueError: half of them or more come out otherwise.
+        ValueError: half of them or more come out otherwise, or one of them ends otherwise.
     """
     pairs = [(arm, policy) for arm in suite.arms for policy in results.policies]
     for arm, policy in tqdm(pairs, desc="published episodes, run again"):
@@ -90,11 +90,12 @@ def check(suite: Suite, results: Results, count: int) -> None:
             Source(policy).make, arm.params, [row.seed for row in before], count, label
         )
         again = {track.episode.seed: track.episode for track in tracks}
-        other = [row.seed for row in before if not _same(again[row.seed], row)]
-        if other and 2 * len(other) >= len(before):
+        other = [row for row in before if not _same(again[row.seed], row)]
+        ends_otherwise = any(again[row.seed].cause != row.cause for row in other)
+        if ends_otherwise or (other and 2 * len(other) >= len(before)):
             raise ValueError(
                 f"{policy}, {arm.name}: {len(other)} of {len(before)} episodes come out otherwise "
-                f"than published, seed {other[0]} among them; run all policies again"
+                f"than published, seed {other[0].seed} among them; run all policies again"
             )
 
 
