@@ -23,7 +23,7 @@ from stable_baselines3.common.logger import configure
 
 from asv_env import Simulation, formation, make_params, observation
 from asv_env.geometry import wrap
-from baselines import evaluate, learned, network
+from baselines import evaluate, learned, network, phases
 from baselines.evaluate import recording
 from baselines.evaluate.results import read_csv
 from baselines.sb3_policy import Sb3Policy
@@ -440,6 +440,11 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
     given = ("--out", tmp_path / "r", "--hand-over", trained / "best.npz")
     assert "this version reads 'asv-env phases 1'" in refusal(*given, "--midway-starts", 0.5)
     assert "midway_starts = 0: no episode would begin there" in refusal(*given)
+    both = phases.read(learned.FOLDER / learned.FILES["transport"])[0]
+    file = tmp_path / "four.npz"
+    phases.save(file, [one for one in both if one.boats == 4], {})
+    given = ("--out", tmp_path / "r", "--hand-over", file, "--midway-starts", 0.5, "--teams", 6)
+    assert "four.npz: 0 networks for a team of 6" in refusal(*given)
     assert not (tmp_path / "r").exists()
 
 

@@ -40,9 +40,9 @@ class Training:
     takes_over: str | None = None
 
 
-APPROACH = "approach"
-"""The training of ``approach.npz``."""
-PAIRS = ((APPROACH, "push-teams", None), ("approach-four", "push-finely", 4))
+APPROACH, OF_FOUR = "approach", "approach-four"
+"""The trainings that approach: that of ``approach.npz``, of all teams, and that of four boats."""
+PAIRS = ((APPROACH, "push-teams", None), (OF_FOUR, "push-finely", 4))
 """Trainings of the networks of ``transport.npz``, and the team that has them for itself."""
 PATIENCE = 34.0
 """Time after which a push is given up, s for a vessel of 0.40 m."""
@@ -97,17 +97,17 @@ TRAININGS = {
             eval_episodes=40,
         )
     ),
-    "approach-four": Training(TO_SLOTS),
+    OF_FOUR: Training(TO_SLOTS),
     "push": Training(FIRST),
     "push-on": Training(
         replace(LATER, log_std_init=-2.1, log_std_min=-2.4, total_timesteps=14_000_000),
         after="push",
-        takes_over="approach-four",
+        takes_over=OF_FOUR,
     ),
     "push-exactly": Training(
         replace(LATER, log_std_init=-2.6, log_std_min=-3.0, total_timesteps=18_000_000),
         after="push-on",
-        takes_over="approach-four",
+        takes_over=OF_FOUR,
     ),
     "push-finely": Training(
         replace(
@@ -121,7 +121,7 @@ TRAININGS = {
             total_timesteps=8_000_000,
         ),
         after="push-exactly",
-        takes_over="approach-four",
+        takes_over=OF_FOUR,
     ),
     "push-teams": Training(
         replace(

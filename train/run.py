@@ -165,8 +165,11 @@ def opened(config: Config) -> tuple[Run, Layers | None]:
     check_recorded(config)
     if config.hand_over is not None:
         handed, _ = phases.read(config.hand_over)
-        for team in config.teams:
-            phases.serving(handed, team)
+        try:
+            for team in config.teams:
+                phases.serving(handed, team)
+        except ValueError as error:
+            raise ValueError(f"--hand-over {config.hand_over}: {error}") from error
     tracking.check(config)
     run = Run(config)
     run.open(card)

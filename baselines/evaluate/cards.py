@@ -22,7 +22,8 @@ they fail in [docs/learned.md](../../docs/learned.md). `python -m train.recipe` 
 
 A *step* is a decision of a single boat. *Success* and *time* (median) are those of the last
 evaluation on development seeds, in the task of that training, noisy first; of many combinations of
-team and scenario, the median and the range.
+team and scenario, the median and the range. A file in the second column had no card: what is known
+of it is in [docs/training](../../docs/training/README.md).
 """
 MOST = 5
 """Evaluations that are told one by one."""
@@ -67,10 +68,12 @@ def trainings(card: dict[str, Any]) -> list[dict[str, Any]]:
 def _line(card: dict[str, Any]) -> list[str]:
     options, scores = card["options"], card["development"]
     begins = "imitation of `scripted`" if options["imitation_rounds"] else "nothing"
+    if options["init_from"]:
+        begins = "the one above" if card.get("began_with") else f"`{options['init_from']}`"
     first, last = card["training_seeds"]
     return [
         options["task"],
-        "the one above" if card.get("began_with") else begins,
+        begins,
         ", ".join(options["scenarios"]),
         ", ".join(map(str, options["teams"])),
         f"{card['timesteps'] / 1e6:.1f} M",
