@@ -150,45 +150,42 @@ def observe(sensed: Sensed, relations: Relations, holds: Bool, params: EnvParams
     sizes = 1.0 / working, np.full((1, 1), 1.0 / length)
     view = View(sensed, relations, eyes, heading[:, :1].conj(), slot, ready, *sizes)
 
-    boats = sensed.slot.shape
-    observation = np.empty((*boats, len(BOUND)), dtype=np.float32)
-    last = 0
-    for table, dtype in ((VECTORS, np.complex128), (SCALARS, np.float64)):
-        values = np.empty((*boats, len(table)), dtype=dtype)
-        for column, feature in enumerate(table):
-            values[..., column] = feature.of(view)
-        values *= _per_scale(table, length)
-        numbers = values.view(np.float64)
-        first, last = last, last + numbers.shape[-1]
-        observation[..., first:last] = numbers
-    _put_neighbours(view, length, observation[..., last:])
+    values = np.zeros((*sensed.slot.shape, len(BOUND)))
+    vectors = values[..., : 2 * len(VECTORS)].view(np.complex128)
+    for column, feature in enumerate(VECTORS):
+        vectors[..., column] = feature.of(view)
+    for column, feature in enumerate(SCALARS, 2 * len(VECTORS)):
+        values[..., column] = feature.of(view)
+    _put_neighbours(view, values[..., -len(NEIGHBOUR_NAMES) * NEIGHBOURS :])
+    values *= _per_scale(length)
     # Two passes of these take less time than one of clip.
-    np.maximum(observation, -BOUND, out=observation)
-    return np.minimum(observation, BOUND, out=observation)
+    np.maximum(values, -BOUND, out=values)
+    return np.minimum(values, BOUND, dtype=np.float32, casting="same_kind")
 
 
 @lru_cache(maxsize=8)
-def _per_scale(table: tuple[Feature, ...], length: float) -> Float:
+def _per_scale(length: float) -> Float:
     """What the features are multiplied by, for a vessel of this length, m."""
-    return np.array([1.0 / (feature.scale or length) for feature in table])
+    vectors = [1.0 / (feature.scale or length) for feature in VECTORS for _ in "xy"]
+    scalars = [1.0 / (feature.scale or length) for feature in SCALARS]
+    speed = 1.0 / FULL_SPEED
+    neighbour = [1.0 / length, 1.0 / length, speed, speed, 1.0]
+    return np.array(vectors + scalars + neighbour * NEIGHBOURS)
 
 
-def _put_neighbours(view: View, length: float, observation: Observation) -> None:
+def _put_neighbours(view: View, values: Float) -> None:
     """The nearest boats, near to far: x, y, vx, vy in the boat's frame, presence; or zeros."""
     position, velocity = view.relations.position[:, 1:], view.relations.velocity[:, 1:]
     worlds, team = position.shape
     count = min(NEIGHBOURS, team - 1)
     distance = np.abs(position[:, None, :] - position[:, :, None]) + _itself(team)
     nearest = _smallest(distance, count) + _first_boats(worlds, team)
-    seen = np.zeros((worlds, team, NEIGHBOURS, 5))
-    vectors = seen[:, :, :count, :4].view(np.complex128)
+    seen = values.reshape(worlds, team, NEIGHBOURS, 5)[:, :, :count]
+    vectors = seen[..., :4].view(np.complex128)
     eyes = view.eyes[..., None]
-    gap = position.ravel().take(nearest) - position[..., None]
-    np.multiply(gap, eyes / length, out=vectors[..., 0])
-    motion = velocity.ravel().take(nearest) - velocity[..., None]
-    np.multiply(motion, eyes / FULL_SPEED, out=vectors[..., 1])
-    seen[:, :, :count, 4] = 1.0
-    observation[...] = seen.reshape(worlds, team, 5 * NEIGHBOURS)
+    np.multiply(position.ravel().take(nearest) - position[..., None], eyes, out=vectors[..., 0])
+    np.multiply(velocity.ravel().take(nearest) - velocity[..., None], eyes, out=vectors[..., 1])
+    seen[..., 4] = 1.0
 
 
 @lru_cache(maxsize=8)

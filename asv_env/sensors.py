@@ -40,7 +40,7 @@ class Sensors:
         if not self._exact:
             vessel = self._axes_gain(p.vessel_acceleration, p.vessel_yaw_acceleration)
             boat = self._axes_gain(p.acceleration, p.yaw_acceleration)
-            self._gain = np.stack([vessel] + [boat] * params.num_boats, axis=2)
+            self._gain = np.stack([vessel] + [boat] * params.num_boats)
         shape = (num_worlds, 1 + params.num_boats, 6)
         self.measured: Float = np.zeros(shape)
         self.estimate: Float = np.zeros(shape)
@@ -71,9 +71,9 @@ class Sensors:
             self.measured = self.estimate = motion
             return
         self.measured = self._noisy(np.arange(len(motion)), motion)
-        pose, rate = self.estimate[..., :3], self.estimate[..., 3:]
-        pose = pose + self._dt * rate
-        self.estimate, _ = corrected(pose, rate, self.measured, self._gain)
+        predicted = self.estimate.copy()
+        predicted[..., :3] += self._dt * predicted[..., 3:]
+        self.estimate, _ = corrected(predicted, self.measured, self._gain)
 
     def _axes_gain(self, acceleration: float, yaw_acceleration: float) -> Float:
         """Filter gain (2, 2, 3) of one hull's axes x, y and heading."""
@@ -102,27 +102,25 @@ class Sensors:
         return noisy
 
 
-def corrected(pose: Float, rate: Float, measured: Float, gain: Float) -> tuple[Float, Float]:
+def corrected(predicted: Float, measured: Float, gain: Float) -> tuple[Float, Float]:
     """A predicted motion, corrected by its measurement.
 
     Args:
-        pose: (..., 3) predicted.
-        rate: (..., 3) predicted.
+        predicted: (..., 6) motion.
         measured: (..., 6) motion.
-        gain: (2, 2, ..., 3) what (pose, rate) take of the innovations of (pose, rate).
+        gain: (..., 2, 2, 3) what (pose, rate) take of the innovations of (pose, rate).
 
     Returns:
         (..., 6) corrected motion, heading wrapped; (..., 6) the innovations.
     """
-    pose_lacks = measured[..., :3] - pose
-    pose_lacks[..., 2] = wrap(pose_lacks[..., 2])
-    rate_lacks = measured[..., 3:] - rate
-    (own, from_rate), (to_rate, rates) = gain
-    pose = pose + own * pose_lacks + from_rate * rate_lacks
-    pose[..., 2] = wrap(pose[..., 2])
-    rate = rate + to_rate * pose_lacks + rates * rate_lacks
-    motion = np.concatenate([pose, rate], axis=-1)
-    return motion, np.concatenate([pose_lacks, rate_lacks], axis=-1)
+    lacks = measured - predicted
+    lacks[..., 2] = wrap(lacks[..., 2])
+    pairs = (*lacks.shape[:-1], 2, 3)
+    pose, rate = lacks[..., None, :3], lacks[..., None, 3:]
+    motion = predicted.reshape(pairs) + gain[..., 0, :] * pose + gain[..., 1, :] * rate
+    motion = motion.reshape(lacks.shape)
+    motion[..., 2] = wrap(motion[..., 2])
+    return motion, lacks
 
 
 def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: float) -> Float:

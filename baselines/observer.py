@@ -91,7 +91,8 @@ class Observer:
         dt = self._dt
         rate = memory.motion[:, 3:] + dt * memory.acceleration
         pose = memory.motion[:, :3] + dt / 2 * (memory.motion[:, 3:] + rate)
-        memory.motion, lacks = corrected(pose, rate, sensed.measured[:, 0], self._gains)
+        predicted = np.concatenate([pose, rate], axis=-1)
+        memory.motion, lacks = corrected(predicted, sensed.measured[:, 0], self._gains)
         free = ~(pushing | sensed.touching[..., 0].any(axis=1))
         by_pose, by_rate = self._drift_gain
         learnt = by_pose * plane(lacks) + by_rate * plane(lacks, 3)

@@ -1,10 +1,12 @@
 """Where the time of a training goes: physics, torch, and what is neither.
 
 ``python benchmarks/training.py`` runs PPO as ``python -m train`` does, on 64 worlds of 4 boats, and
-times three parts of it: the motion of the hulls (``Dynamics.advance``: water, motors, Pymunk), what
-is computed by torch (forward passes, updates), and all the rest (sensing, observations, rewards,
-resets, buffers, stable-baselines3). Nothing runs beside it that is not part of a training; without
-evaluations and checkpoints, which ``--help`` says how to choose.
+times three parts of it: the motion of the hulls and their contacts (``Dynamics``: water, motors,
+Pymunk), what is computed by torch (forward passes, updates, the minibatches that it gathers), and
+all the rest (sensing, observations, rewards, resets, buffers, stable-baselines3). Nothing runs
+beside it that is not part of a training; without evaluations and checkpoints. ``--help`` says how
+to choose the worlds: those of one scenario share one simulation, in which each call of NumPy serves
+all of them.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from asv_env.dynamics import Dynamics
 from train.config import Config
 from train.ppo import Learner
+from train.rollouts import Rollouts
 from train.worlds import Worlds
 
 
@@ -68,9 +71,11 @@ class Clock:
 
 PARTS = (
     (Dynamics, "advance", "physics"),
+    (Dynamics, "touching", "physics"),
     (ActorCriticPolicy, "forward", "torch"),
     (ActorCriticPolicy, "predict_values", "torch"),
     (Learner, "train", "torch"),
+    (Rollouts, "_get_samples", "torch"),
     (RolloutBuffer, "add", "rest"),
 )
 
@@ -80,11 +85,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--num-envs", type=int, default=64, help="worlds (%(default)s)")
     parser.add_argument("--task", default="transport")
+    parser.add_argument("--scenarios", nargs="+", default=list(Config.scenarios))
     parser.add_argument("--updates", type=int, default=8, help="that are timed (%(default)s)")
     parser.add_argument("--torch-threads", type=int, default=2)
     options = parser.parse_args()
     torch.set_num_threads(options.torch_threads)
-    config = Config(task=options.task, num_envs=options.num_envs, critic_updates=0)
+    config = Config(
+        task=options.task,
+        scenarios=tuple(options.scenarios),
+        num_envs=options.num_envs,
+        critic_updates=0,
+    )
     worlds = Worlds(config)
     learner = Learner.made(config, worlds)
     rollout = worlds.num_envs * config.num_steps

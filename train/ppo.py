@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from gymnasium.spaces import Box
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
@@ -21,6 +22,7 @@ from tqdm import tqdm
 
 from train import evaluation, networks, perceptron, tracking
 from train.config import BAR, LEAST_RATE, SEEDS_OF_A_RUN, Config
+from train.rollouts import Rollouts
 from train.run import BEST, TENSORBOARD, Run, opened, write
 from train.worlds import Worlds
 
@@ -88,12 +90,18 @@ class Learner(PPO):
         return learner
 
     def _setup_model(self) -> None:
+        if isinstance(self.observation_space, Box):
+            self.rollout_buffer_class = Rollouts
         super()._setup_model()
         critic = [one for name, one in self.policy.named_parameters() if "value" in name]
         actor = [one for name, one in self.policy.named_parameters() if "value" not in name]
         self.policy.optimizer = torch.optim.Adam(
             [{"params": actor}, {"params": critic}], self.lr_schedule(1.0), eps=1e-5
         )
+
+    def _excluded_save_params(self) -> list[str]:
+        # Whoever reads the file without this package needs no buffer.
+        return [*super()._excluded_save_params(), "rollout_buffer_class"]
 
     def _update_learning_rate(self, optimizers: Any) -> None:
         waits = self._n_updates < self.config.critic_updates * self.n_epochs
