@@ -26,6 +26,7 @@ ONLY_IN = {
         "baselines/sb3_policy.py",
         "train/networks.py",
         "train/ppo.py",
+        "train/rollouts.py",
         "train/worlds.py",
     },
     "ray": {"train/rllib.py"},
@@ -36,6 +37,7 @@ ONLY_IN = {
         "train/networks.py",
         "train/perceptron.py",
         "train/ppo.py",
+        "train/rollouts.py",
         "train/rllib.py",
     },
 }

@@ -17,9 +17,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from gymnasium.spaces import Box
 from hypothesis import given
 from hypothesis import strategies as st
+from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.logger import configure
+from stable_baselines3.common.utils import set_random_seed
 
 from asv_env import Simulation, formation, make_params, observation
 from asv_env.geometry import wrap
@@ -33,6 +36,7 @@ from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
 from train.curriculum import Midway, Starts, grown
 from train.ppo import Keeper, Learner
 from train.residual import CorrectedVecEnv
+from train.rollouts import Rollouts
 from train.run import opened
 from train.worlds import Worlds
 
@@ -446,6 +450,25 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
     given = ("--out", tmp_path / "r", "--hand-over", file, "--midway-starts", 0.5, "--teams", 6)
     assert "four.npz: 0 networks for a team of 6" in refusal(*given)
     assert not (tmp_path / "r").exists()
+
+
+def test_minibatches_are_those_of_the_library():
+    seen, does = Box(-1, 1, (3,)), Box(-1, 1, (2,))
+    made = [buffer(8, seen, does, device="cpu", n_envs=5) for buffer in (RolloutBuffer, Rollouts)]
+    for buffer in made:
+        rng, begins = np.random.default_rng(0), np.zeros(5)
+        while not buffer.full:
+            one, two = (torch.as_tensor(rng.random(5), dtype=torch.float32) for _ in range(2))
+            buffer.add(rng.random((5, 3)), rng.random((5, 2)), rng.random(5), begins, one, two)
+        buffer.compute_returns_and_advantage(one, begins)
+    batches = []
+    for buffer in made:
+        set_random_seed(0)
+        batches.append(list(buffer.get(16)))
+    assert len(batches[0]) == 3
+    for theirs, ours in zip(*batches, strict=True):
+        for name in theirs._fields:
+            assert torch.equal(getattr(theirs, name), getattr(ours, name)), name
 
 
 def test_the_noise_of_the_actions_is_kept_up(tmp_path):
