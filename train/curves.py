@@ -93,7 +93,7 @@ def draw(curves: dict[str, Curve], title: str) -> Figure:
         if len(curve.time) > 1:
             right.fill_between(curve.minutes, *band(curve.time), color=colour, alpha=0.2, lw=0)
     _dress(left, "success on development seeds (%)")
-    left.set_ylim(0, 100)
+    left.set_ylim(-3, 103)
     figure.legend(loc="outside lower center", ncols=len(curves), frameon=False)
     _dress(right, "median time of successes (s)")
     right.set_ylim(bottom=0)
