@@ -165,12 +165,11 @@ def observe(sensed: Sensed, relations: Relations, holds: Bool, params: EnvParams
 
 @lru_cache(maxsize=8)
 def _per_scale(length: float) -> Float:
-    """What the features are multiplied by, for a vessel of this length, m."""
-    vectors = [1.0 / (feature.scale or length) for feature in VECTORS for _ in "xy"]
-    scalars = [1.0 / (feature.scale or length) for feature in SCALARS]
-    speed = 1.0 / FULL_SPEED
-    neighbour = [1.0 / length, 1.0 / length, speed, speed, 1.0]
-    return np.array(vectors + scalars + neighbour * NEIGHBOURS)
+    """(K,) what the columns are multiplied by, for a vessel of this length, m."""
+    features = [feature for feature in VECTORS for _ in "xy"] + list(SCALARS)
+    scales = [feature.scale or length for feature in features]
+    scales += [length, length, FULL_SPEED, FULL_SPEED, 1.0] * NEIGHBOURS
+    return 1.0 / np.array(scales)
 
 
 def _put_neighbours(view: View, values: Float) -> None:
