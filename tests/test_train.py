@@ -30,7 +30,7 @@ from baselines import evaluate, learned, network, phases
 from baselines.evaluate import recording
 from baselines.evaluate.results import read_csv
 from baselines.sb3_policy import Sb3Policy
-from train import evaluation, export, imitation, networks, perceptron, run
+from train import evaluation, export, imitation, networks, perceptron, ppo, run
 from train.__main__ import main
 from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
 from train.curriculum import Midway, Starts, grown
@@ -250,6 +250,7 @@ def test_overwriting_begins_anew(trained, tmp_path):
         (["--gamma", "1.5"], "gamma = 1.5"),
         (["--residual", "0.2"], "set decision_rate = 10"),
         (["--total-timesteps", "0"], "total_timesteps = 0"),
+        (["--until-wide"], "until_wide with widening = 0"),
         (["--init-from", "nowhere.npz"], "nowhere.npz"),
         (["--demonstrations", "nowhere"], "no recorded episodes"),
     ],
@@ -511,6 +512,26 @@ def test_the_curriculum_widens_where_most_episodes_succeed(succeed, share, tmp_p
         learner.ep_success_buffer = deque([1])
         keeper.widen()
     assert learner.share == 1.0
+
+
+def test_a_run_ends_where_goals_have_widened_to_all(monkeypatch, tmp_path):
+    folder = tmp_path / "run"
+    options = ["--until-wide", "--narrowest", "0.5", "--widening", "0.5"]
+    train(folder, *options)
+    assert _timesteps(folder / "curve.csv") == [0, 2048, 4096]  # hardly any episode succeeds
+
+    monkeypatch.setattr(ppo, "WIDENS", 0.0)
+    train(folder, *options, "--overwrite")
+    first, last = _timesteps(folder / "curve.csv")
+    assert first == 0 < last < 2048
+    checkpoint = Learner.load(folder / "checkpoint.zip", device="cpu")
+    assert checkpoint.share == 1.0
+    kept = actor_of(folder)
+    (folder / "curve.csv").write_text("")  # as if killed before the last evaluation
+    for _ in range(2):
+        train(folder, *options)
+        assert _timesteps(folder / "curve.csv") == [last]
+        assert same(actor_of(folder), kept)
 
 
 def test_worlds_are_the_same_after_the_same_renewal():

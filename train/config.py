@@ -63,6 +63,7 @@ class Config:
             the beginning; noise and variation begin with that share too.
         widening: what is added to it at a checkpoint where most episodes succeed; 0 begins with
             the task as it is.
+        until_wide: end where they have widened to all, at total_timesteps at the latest.
         imitation_rounds: of DAgger on the scripted policy before PPO; 0 learns from scratch.
         imitation_worlds: in which it is watched.
         imitation_time: of a round, s in every world.
@@ -123,6 +124,7 @@ class Config:
     hand_over: Path | None = None
     narrowest: float = 0.2
     widening: float = 0.0
+    until_wide: bool = False
 
     imitation_rounds: int = 8
     imitation_worlds: int = 128
@@ -202,6 +204,11 @@ class Config:
             raise ValueError(
                 f"hand_over = {self.hand_over} with midway_starts = 0: no episode would begin "
                 "there; set midway_starts to the share of those that shall"
+            )
+        if self.until_wide and not self.widening:
+            raise ValueError(
+                "until_wide with widening = 0: goals are wide from the beginning, and the training "
+                "would end there; set widening"
             )
         if self.critic == "central" and len(set(self.teams)) > 1:
             raise ValueError(

@@ -132,6 +132,11 @@ class Learner(PPO):
         elif share < 1 / BAND:
             self.actor_rate = min(self.actor_rate * STEP, RATES[1])
 
+    @property
+    def wide(self) -> bool:
+        """Whether goals have widened to all where the run is to end there."""
+        return self.config.until_wide and self.share >= 1.0
+
     def draw_as_at(self, chance: Any) -> None:
         """Puts the random generators into the states of a checkpoint."""
         plain, numpy_state, torch_state = chance
@@ -164,7 +169,7 @@ class Keeper(BaseCallback):
 
     def _on_step(self) -> bool:
         self._bar.update(self.training_env.num_envs)
-        return True
+        return not self.model.wide
 
     def _on_rollout_start(self) -> None:
         config, now = self._run.config, self.model.num_timesteps
@@ -248,8 +253,9 @@ def train(config: Config) -> None:
         with tqdm(total=total, initial=done, **BAR) as bar:
             keeper = Keeper(run, worlds, bar, done if resumed else None)
             keeper.init_callback(learner)
-            if done < total:
+            if done < total and not learner.wide:
                 learner.learn(total - done, keeper, reset_num_timesteps=False)
+            if evaluation.reached(run.curve) < learner.num_timesteps:
                 keeper.evaluate()
                 keeper.save()
         worlds.close()
