@@ -130,8 +130,8 @@ class BoatVecEnv(Face, VecEnv):
         """Takes the actions (W A, 2) of the next step.
 
         Raises:
-            ValueError: a wrong shape, NaN or infinity; before a reset or after close
-                (``ResetNeededError``, ``ClosedError``).
+            ValueError: a wrong shape; before a reset or after close (``ResetNeededError``,
+                ``ClosedError``).
         """
         self._check_running("step")
         actions = np.asarray(actions)
@@ -144,6 +144,10 @@ class BoatVecEnv(Face, VecEnv):
 
         Returns:
             Observations of all rows, rewards (W A,), dones (W A,), an info for each row.
+
+        Raises:
+            ValueError: NaN or infinity among the actions.
+            RuntimeError: there are none.
         """
         if self._actions is None:
             raise RuntimeError("step_wait: there are no actions; call step_async first")

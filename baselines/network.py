@@ -207,7 +207,7 @@ def read(path: Path) -> tuple[Layers, About]:
 
 
 @contextmanager
-def contents(path: Path, format: str) -> Iterator[tuple[dict[str, Any], Mapping[str, Any]]]:
+def contents(path: Path, *formats: str) -> Iterator[tuple[dict[str, Any], Mapping[str, Any]]]:
     """What a policy file says of itself, and its arrays by name.
 
     Raises:
@@ -218,10 +218,13 @@ def contents(path: Path, format: str) -> Iterator[tuple[dict[str, Any], Mapping[
         raise ValueError(f"{path} is not a policy file: not an NPZ")
     try:
         with np.load(path, allow_pickle=False) as file:
-            yield json.loads(str(file["about"])), file
+            about = json.loads(str(file["about"]))
+            if about["format"] not in formats:
+                raise ValueError(f"its format is {about['format']!r}")
+            yield about, file
     except (*UNREADABLE, KeyError, ValueError, TypeError, AttributeError) as error:
         raise ValueError(
-            f"{path} is not a policy file of the format {format!r}: {error}"
+            f"{path} is not a policy file of the format {formats[0]!r}: {error}"
         ) from error
 
 

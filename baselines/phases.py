@@ -172,8 +172,6 @@ def read(path: Path) -> tuple[list[Phase], dict[str, Any]]:
         FileNotFoundError: there is none.
     """
     with network.contents(path, FORMAT) as (about, file):
-        if about["format"] != FORMAT:
-            raise ValueError(f"format {about['format']!r}: this version reads {FORMAT!r}")
         phases = [
             Phase(
                 network.layers_in(file, f"phase_{number}_"),
@@ -193,7 +191,7 @@ def holds_several(path: Path) -> bool:
         ValueError: it is not a policy file.
         FileNotFoundError: there is none.
     """
-    with network.contents(path, FORMAT) as (about, _):
+    with network.contents(path, network.FORMAT, FORMAT) as (about, _):
         several: bool = about.get("format") == FORMAT
         return several
 

@@ -231,6 +231,50 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
     assert "something else" in refusal("--out", tmp_path)
 
 
+@pytest.mark.parametrize("told", ["precious", '{"options": 1}', "[1]"])
+def test_overwriting_leaves_what_is_no_run(told, tmp_path):
+    (tmp_path / "config.json").write_text(told)
+    assert "something else" in refusal("--out", tmp_path, "--overwrite")
+    assert (tmp_path / "config.json").read_text() == told
+
+
+def test_what_has_no_checkpoint_yet_is_begun_anew(tmp_path):
+    opened(tiny(out=tmp_path / "run"))
+    opened(tiny(out=tmp_path / "run", gamma=0.5))
+    assert json.loads((tmp_path / "run/config.json").read_text())["options"]["gamma"] == 0.5
+
+
+def test_going_on_with_other_code_is_noted(trained, tmp_path, capsys):
+    folder = tmp_path / "run"
+    shutil.copytree(trained, folder)
+    file = folder / "config.json"
+    told = json.loads(file.read_text())
+    now = told["code"]
+    file.write_text(json.dumps(told | {"code": "old"}))
+    for _ in range(2):
+        train(folder)
+    assert capsys.readouterr().err.count("goes on with other code") == 1
+    told = json.loads(file.read_text())
+    assert told["code"] == "old"
+    assert [one["code"] for one in told["went_on_with"]] == [now]
+
+
+def test_the_curve_tells_of_a_policy_that_is_there(trained, tmp_path, monkeypatch):
+    scores = evaluation.evaluate(actor_of(trained), run.Run(tiny()).about({}), tiny(), (1, 2.0))
+    made = run.Run(tiny(out=tmp_path / "run"))
+    made.open()
+    evaluation.keep(made, actor_of(trained), scores, best=True)
+    assert _timesteps(made.curve) == [1]
+
+    def fails(*_):
+        raise OSError("full")
+
+    monkeypatch.setattr(network, "save", fails)
+    with pytest.raises(OSError, match="full"):
+        evaluation.keep(made, actor_of(trained), [replace(scores[0], timesteps=2)], best=False)
+    assert _timesteps(made.curve) == [1]
+
+
 def test_overwriting_begins_anew(trained, tmp_path):
     folder = tmp_path / "run"
     shutil.copytree(trained, folder)
@@ -251,7 +295,12 @@ def test_overwriting_begins_anew(trained, tmp_path):
         (["--residual", "0.2"], "set decision_rate = 10"),
         (["--total-timesteps", "0"], "total_timesteps = 0"),
         (["--until-wide"], "until_wide with widening = 0"),
-        (["--init-from", "nowhere.npz"], "nowhere.npz"),
+        (["--adapt-kl", "-1"], "adapt_kl = -1"),
+        (["--target-kl", "0"], "target_kl = 0"),
+        (["--time-limit", "-5"], "time_limit = -5"),
+        (["--hidden", "16", "0"], "hidden = (16, 0)"),
+        (["--init-from", "some.npz"], "imitation would undo what the file has learned"),
+        (["--init-from", "nowhere.npz", "--imitation-rounds", "0"], "nowhere.npz"),
         (["--demonstrations", "nowhere"], "no recorded episodes"),
     ],
 )
@@ -263,9 +312,39 @@ def test_what_makes_no_sense_is_refused_before_anything_is_made(options, said, t
 def test_a_policy_that_observes_otherwise_is_no_beginning(trained, tmp_path):
     layers, about = network.read(trained / "best.npz")
     network.save(tmp_path / "old.npz", layers, replace(about, observation_version=0))
-    refused = refusal("--out", tmp_path / "run", "--init-from", tmp_path / "old.npz")
-    assert "observes by version 0" in refused
-    assert not (tmp_path / "run").exists()
+    assert "observes by version 0" in begun_with(tmp_path / "old.npz")
+
+
+def begun_with(file, *options):
+    """With what a training is refused that would begin with a file."""
+    folder = file.parent / "refused"
+    refused = refusal("--out", folder, "--init-from", file, "--imitation-rounds", 0, *options)
+    assert not folder.exists()
+    return refused
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ({"activation": "tanh"}, "its activation is 'tanh', that of the training 'relu'"),
+        ({"mirrors": True}, "its mirror is True, that of the training False"),
+        ({"residual": 0.5}, "its residual is 0.5, that of the training 0.0"),
+        ({"decide_every": 5}, "its decision_rate is 2, that of the training 5"),
+    ],
+)
+def test_a_policy_that_acts_otherwise_is_no_beginning(other, said, trained, tmp_path):
+    layers, about = network.read(trained / "best.npz")
+    network.save(tmp_path / "other.npz", layers, replace(about, **other))
+    assert said in begun_with(tmp_path / "other.npz")
+
+
+def test_a_policy_of_other_layers_is_no_beginning(trained, tmp_path):
+    shutil.copy(trained / "best.npz", tmp_path / "wide.npz")
+    assert "wide.npz: layers of sizes [53, 16, 16, 2] do not fit" in begun_with(
+        tmp_path / "wide.npz", "--hidden", 8, 16
+    )
+    shutil.copy(learned.FOLDER / learned.FILES["transport"], tmp_path / "several.npz")
+    assert "its format is 'asv-env phases 1'" in begun_with(tmp_path / "several.npz")
 
 
 def test_a_policy_file_is_a_beginning(trained, tmp_path):
@@ -324,6 +403,8 @@ def test_a_tracker_hears_of_the_run(monkeypatch, tmp_path):
     assert told["config"]["num_envs"] == 8
     assert told["sync_tensorboard"]
     assert told["finished"]
+    assert told["id"] == run.Run(tiny(out=tmp_path / "run")).id  # of a run that goes on too
+    assert told["resume"] == "allow"
 
 
 # ------------------------------------------------------------------ recorded episodes
@@ -443,7 +524,7 @@ def test_pushes_begin_where_others_have_brought_the_vessel_into_closure():
 
 def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
     given = ("--out", tmp_path / "r", "--hand-over", trained / "best.npz")
-    assert "this version reads 'asv-env phases 1'" in refusal(*given, "--midway-starts", 0.5)
+    assert "its format is 'asv-env policy 1'" in refusal(*given, "--midway-starts", 0.5)
     assert "midway_starts = 0: no episode would begin there" in refusal(*given)
     both = phases.read(learned.FOLDER / learned.FILES["transport"])[0]
     file = tmp_path / "four.npz"
@@ -451,6 +532,16 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
     given = ("--out", tmp_path / "r", "--hand-over", file, "--midway-starts", 0.5, "--teams", 6)
     assert "four.npz: 0 networks for a team of 6" in refusal(*given)
     assert not (tmp_path / "r").exists()
+
+
+def test_a_hand_over_that_never_pushes_is_named(tmp_path):
+    idle = [
+        replace(one, layers=[(0 * weight, 0 * bias) for weight, bias in one.layers])
+        for one in phases.read(learned.FOLDER / learned.FILES["transport"])[0]
+    ]
+    phases.save(tmp_path / "idle.npz", idle, {})
+    given = ("--out", tmp_path / "r", "--hand-over", tmp_path / "idle.npz", "--midway-starts", 0.5)
+    assert "idle.npz: it never brought the vessel into closure with 4 boats" in refusal(*given)
 
 
 def test_minibatches_are_those_of_the_library():

@@ -20,7 +20,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except (ValueError, OSError, ImportError) as error:
         sys.exit(f"python -m train: {_with_remedy(error)}")
     except KeyboardInterrupt:
-        sys.exit("python -m train: stopped; the same command goes on from the last checkpoint")
+        sys.exit(
+            "python -m train: stopped; the same command, without --overwrite, goes on from the "
+            "last checkpoint"
+        )
 
 
 def _with_remedy(error: Exception) -> str:

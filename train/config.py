@@ -72,7 +72,8 @@ class Config:
         learning_rate: of the critic when PPO begins.
         actor_learning_rate: of the actor when PPO begins.
         adapt_kl: divergence of an update to which that is adapted; None leaves it.
-        anneal_lr: let both fall linearly, to a tenth.
+        anneal_lr: let both fall linearly, to a tenth; with adapt_kl that divergence, and not the
+            actor's.
         num_steps: of a world between two updates.
         num_minibatches: of an epoch.
         update_epochs: of an update.
@@ -179,6 +180,11 @@ class Config:
             check_whole(self, name, 1)
         for name in ["seed", "imitation_rounds", "critic_updates", "num_env_runners"]:
             check_whole(self, name, 0)
+        for name in ["time_limit", "adapt_kl", "target_kl"]:
+            if getattr(self, name) is not None:
+                check_numbers(self, name, 1e-12)
+        if not self.hidden or min(self.hidden) < 1:
+            raise ValueError(f"hidden = {self.hidden}: give a size of at least 1 for each layer")
         shares = "near_goals near_starts slot_starts midway_starts narrowest widening residual "
         shares += "gamma gae_lambda"
         check_numbers(self, shares, 0.0, 1.0)
@@ -204,6 +210,11 @@ class Config:
             raise ValueError(
                 f"hand_over = {self.hand_over} with midway_starts = 0: no episode would begin "
                 "there; set midway_starts to the share of those that shall"
+            )
+        if self.init_from is not None and self.imitation_rounds:
+            raise ValueError(
+                f"init_from = {self.init_from} with imitation_rounds = {self.imitation_rounds}: "
+                "imitation would undo what the file has learned; set imitation_rounds = 0"
             )
         if self.until_wide and not self.widening:
             raise ValueError(

@@ -102,7 +102,7 @@ class Midway:
             seeds: of the episodes.
 
         Raises:
-            ValueError, FileNotFoundError: as ``baselines.phases.read``.
+            ValueError, FileNotFoundError: as ``baselines.phases.read``; it never begins to push.
         """
         simulation = Simulation(params, len(seeds))
         policy = PhasedPolicy(phases.read(file)[0], params)
@@ -120,7 +120,13 @@ class Midway:
             observation, fresh = step.observation, step.ending.terminated | step.ending.truncated
             if fresh.any():
                 observation[fresh] = simulation.reset(fresh)
-        return cls(np.concatenate(motion), np.concatenate(goal))
+        states = cls(np.concatenate(motion), np.concatenate(goal))
+        if not len(states.goal):
+            raise ValueError(
+                f"--hand-over {file}: it never brought the vessel into closure with "
+                f"{params.num_boats} boats; hand over from a better approach"
+            )
+        return states
 
 
 class Starts:

@@ -52,24 +52,26 @@ def read(runs: Sequence[Path], num_boats: int, scenario: str) -> Curve:
         ValueError: runs without evaluations in such worlds.
     """
     tables = [_rows(run / "curve.csv", num_boats, scenario) for run in runs]
-    count = min(map(len, tables))
-    if not count:
+    common = sorted(set.intersection(*map(set, tables)))
+    if not common:
         raise ValueError(f"no evaluations with {num_boats} boats, scenario {scenario!r}, in {runs}")
 
     def column(name: str) -> Float:
-        return np.array([[float(row[name]) for row in table[:count]] for table in tables])
+        return np.array([[float(table[at][name]) for at in common] for table in tables])
 
-    episodes = int(tables[0][0]["episodes"])
+    episodes = int(tables[0][common[0]]["episodes"])
     minutes = column("seconds").mean(axis=0) / 60
     return Curve(minutes, column("success"), column("median_time"), episodes)
 
 
-def _rows(file: Path, num_boats: int, scenario: str) -> list[dict[str, Any]]:
+def _rows(file: Path, num_boats: int, scenario: str) -> dict[int, dict[str, Any]]:
+    """Rows of ``curve.csv`` in such worlds by their timesteps."""
     if not file.exists():
         raise FileNotFoundError(f"{file}: there is none; is its folder that of a run?")
     with file.open(newline="", encoding="utf-8") as text:
         rows = list(csv.DictReader(text))
-    return [r for r in rows if int(r["num_boats"]) == num_boats and r["scenario"] == scenario]
+    wanted = (str(num_boats), scenario)
+    return {int(r["timesteps"]): r for r in rows if (r["num_boats"], r["scenario"]) == wanted}
 
 
 def band(values: Float) -> tuple[Float, Float]:
@@ -84,7 +86,7 @@ def draw(curves: dict[str, Curve], title: str) -> Figure:
     figure = Figure(figsize=(8, 3.4), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
-    for colour, (name, curve) in zip(palette.SERIES, curves.items(), strict=False):
+    for colour, (name, curve) in zip(palette.SERIES[: len(curves)], curves.items(), strict=True):
         label = f"{name} ({len(curve.success)} runs)" if len(curve.success) > 1 else name
         left.plot(curve.minutes, 100 * curve.success.mean(axis=0), color=colour, label=label)
         low, high = _success_band(curve)
@@ -128,15 +130,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--scenario", default="noisy", help="of the worlds (%(default)s)")
     parser.add_argument("--title", default="")
     options = parser.parse_args(arguments)
+    if len(options.recipes) > len(palette.SERIES):
+        parser.error(f"{len(options.recipes)} recipes: at most {len(palette.SERIES)} in a picture")
     try:
         curves = {}
         for word in options.recipes:
             name, _, runs = word.partition("=")
             folders = [Path(run) for run in (runs or name).split(",")]
             curves[name] = read(folders, options.num_boats, options.scenario)
+        draw(curves, options.title).savefig(options.file, dpi=150)
     except (ValueError, OSError) as error:
         parser.error(str(error))
-    draw(curves, options.title).savefig(options.file, dpi=150)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -15,7 +16,7 @@ from baselines import runner
 from baselines.episodes import Episode
 from baselines.network import SUFFIX, About, Layers, NetworkPolicy
 from train.config import SEEDS_OF_A_RUN, Config
-from train.run import BEST, Run
+from train.run import BEST, Run, write
 
 
 @dataclass(frozen=True)
@@ -106,30 +107,30 @@ def score(
     )
 
 
-def assess(run: Run, layers: Layers, timesteps: int, seconds: float, best: float) -> list[Score]:
-    """Scores a policy and leaves what follows from it in the folder of its run.
+def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
+    """Leaves a policy and its scores in the folder of its run.
+
+    The rows of the curve come last: where they are, the policy files are too.
 
     Args:
         run: with the folder.
         layers: of the policy.
-        timesteps: of the training so far.
-        seconds: of the training so far.
-        best: merit of the best policy so far, s.
+        scores: of it.
+        best: whether it is the best so far.
     """
-    scores = evaluate(layers, run.about({}), run.config, (timesteps, seconds))
-    append(run.curve, scores)
     first, start = run.config.first_seed, run.config.init_from
     card = {
         "options": run.config.learned() | {"init_from": start and start.name},
-        "timesteps": timesteps,
+        "timesteps": scores[0].timesteps,
         "training_seeds": [first, first + SEEDS_OF_A_RUN - 1],
         "development": [vars(one) for one in scores],
         "began_with": run.began_with,
     }
-    if merit(scores) < best:
+    if best:
         run.save_policy(f"{BEST}{SUFFIX}", layers, card)
     run.save_policy(f"policy{SUFFIX}", layers, card)
-    return scores
+    rows = [{name: str(value) for name, value in asdict(one).items()} for one in scores]
+    _put(run.curve, [*_rows(run.curve), *rows])
 
 
 def told(scores: Sequence[Score]) -> dict[str, float]:
@@ -144,7 +145,8 @@ def told(scores: Sequence[Score]) -> dict[str, float]:
 def headline(scores: Sequence[Score]) -> str:
     """What a progress bar says."""
     success = float(np.mean([one.success for one in scores]))
-    return f"success {success:.0%}, {np.mean([one.median_time for one in scores]):.1f} s"
+    times = [one.median_time for one in scores if one.success]
+    return f"success {success:.0%}" + (f", {np.mean(times):.1f} s" if times else "")
 
 
 def _median(values: Sequence[float | None]) -> float:
@@ -157,16 +159,6 @@ def merit(scores: Sequence[Score]) -> float:
     return float(np.mean([one.penalised_time for one in scores]))
 
 
-def append(file: Path, scores: Sequence[Score]) -> None:
-    """Adds rows to ``curve.csv``."""
-    fresh = not file.exists()
-    with file.open("a", newline="", encoding="utf-8") as out:
-        writer = csv.DictWriter(out, COLUMNS)
-        if fresh:
-            writer.writeheader()
-        writer.writerows(asdict(one) for one in scores)
-
-
 def reached(file: Path) -> int:
     """Timesteps of the last evaluation in ``curve.csv``; 0 where there is none."""
     return max((int(row["timesteps"]) for row in _rows(file)), default=0)
@@ -174,13 +166,18 @@ def reached(file: Path) -> int:
 
 def cut(file: Path, timesteps: int) -> None:
     """Drops what ``curve.csv`` says of later than ``timesteps``: it will be learned again."""
-    if not file.exists():
-        return
-    rows = [row for row in _rows(file) if int(row["timesteps"]) <= timesteps]
-    with file.open("w", newline="", encoding="utf-8") as out:
-        writer = csv.DictWriter(out, COLUMNS)
-        writer.writeheader()
-        writer.writerows(rows)
+    rows = _rows(file)
+    kept = [row for row in rows if int(row["timesteps"]) <= timesteps]
+    if len(kept) < len(rows):
+        _put(file, kept)
+
+
+def _put(file: Path, rows: Sequence[dict[str, str]]) -> None:
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, COLUMNS)
+    writer.writeheader()
+    writer.writerows(rows)
+    write(file, lambda part: part.write_bytes(text.getvalue().encode()))
 
 
 def _rows(file: Path) -> list[dict[str, str]]:

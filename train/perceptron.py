@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 
-import numpy as np
 import torch
 from torch import nn
 from tqdm import tqdm
@@ -27,6 +27,24 @@ def layers_of(actor: nn.Module) -> Layers:
     ]
 
 
+def check_fit(layers: Layers, sizes: Sequence[int]) -> None:
+    """Refuses layers of a policy file for an actor that is narrower, or deeper or less deep.
+
+    Args:
+        layers: of the file.
+        sizes: of the actor's observation, of its layers and of its action.
+
+    Raises:
+        ValueError: they do not fit.
+    """
+    given = [len(layers[0][0]), *(len(bias) for _, bias in layers)]
+    if len(given) != len(sizes) or any(a > b for a, b in zip(given, sizes, strict=True)):
+        raise ValueError(
+            f"layers of sizes {given} do not fit into the actor's {list(sizes)}: choose --hidden "
+            "after them, or wider"
+        )
+
+
 def put_layers(actor: nn.Module, layers: Layers) -> None:
     """Gives the actor the weights of a policy file.
 
@@ -34,16 +52,10 @@ def put_layers(actor: nn.Module, layers: Layers) -> None:
     not count in the beginning.
 
     Raises:
-        ValueError: layers that are more, fewer or wider than the actor's.
+        ValueError: they do not fit, see ``check_fit``.
     """
     own = linear_layers(actor)
-    wanted = [tuple(one.weight.shape)[::-1] for one in own]
-    given = [weight.shape for weight, _ in layers]
-    if len(wanted) != len(given) or (np.array(given) > wanted).any():
-        raise ValueError(
-            f"layers of sizes {given} do not fit into the actor's {wanted}: choose --hidden "
-            "after them, or wider"
-        )
+    check_fit(layers, [own[0].in_features, *(one.out_features for one in own)])
     with torch.no_grad():
         for one, (weight, bias) in zip(own, layers, strict=True):
             inputs, outputs = weight.shape

@@ -192,11 +192,14 @@ class Keeper(BaseCallback):
         model, run = self.model, self._run
         layers = perceptron.layers_of(networks.actor(model.policy))
         self._count_time()
-        scores = evaluation.assess(run, layers, model.num_timesteps, model.seconds, model.best)
+        now = (model.num_timesteps, model.seconds)
+        scores = evaluation.evaluate(layers, run.about({}), run.config, now)
         self._count_time()
-        if evaluation.merit(scores) < model.best:
+        best = evaluation.merit(scores) < model.best
+        if best:
             model.best = evaluation.merit(scores)
             write(run.folder / f"{BEST}.zip", model.save)
+        evaluation.keep(run, layers, scores, best)
         for name, value in evaluation.told(scores).items():
             model.logger.record(name, value)
         self._bar.set_postfix_str(evaluation.headline(scores))
@@ -237,7 +240,7 @@ def train(config: Config) -> None:
     run, start = opened(config)
     if run.checkpoint.exists() and evaluation.reached(run.curve) >= config.total_timesteps:
         return
-    with tracking.tracked(config, run.folder):
+    with tracking.tracked(config, run.folder, run.id):
         began, worlds = time.monotonic(), Worlds(config)
         resumed = run.checkpoint.exists()
         if resumed:

@@ -241,6 +241,11 @@ def check(config: Config) -> None:
                 f"{name} = {getattr(config, name)} with engine = 'rllib': only sb3 knows that; "
                 f"use {name} = 0, or engine = 'sb3'"
             )
+    if config.log_std_min != Config.log_std_min:
+        raise ValueError(
+            f"log_std_min = {config.log_std_min} with engine = 'rllib': only sb3 keeps the noise "
+            "up; leave it out, or use engine = 'sb3'"
+        )
 
 
 @contextmanager
@@ -362,8 +367,10 @@ class Training:
         run, progress = self._run, self._progress
         layers = exported(module_of(self._algorithm), run)
         self._count_time()
-        scores = evaluation.assess(run, layers, progress.timesteps, progress.seconds, progress.best)
+        now = (progress.timesteps, progress.seconds)
+        scores = evaluation.evaluate(layers, run.about({}), run.config, now)
         self._count_time()
+        evaluation.keep(run, layers, scores, evaluation.merit(scores) < progress.best)
         progress.best = min(progress.best, evaluation.merit(scores))
         for name, value in evaluation.told(scores).items():
             self._tell(name, value)
@@ -456,7 +463,7 @@ def train(config: Config) -> None:
     done, total = progress.timesteps, config.total_timesteps
     if done >= total:
         return
-    with tracking.tracked(config, run.folder), connected(config):
+    with tracking.tracked(config, run.folder, run.id), connected(config):
         algorithm, began = settings(config, done).build_algo(), time.monotonic()
         if last is None:
             begin(algorithm, config, start)

@@ -18,17 +18,20 @@ import os
 import platform
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from asv_env import observation
 from asv_env.presets import make_params
 from baselines import network, phases, provenance
 from baselines.network import About, Layers, NetworkPolicy
-from train import tracking
-from train.config import Config
+from baselines.phases import PhasedPolicy
+from train import perceptron, tracking
+from train.config import CONTROL_RATE, Config
 from train.imitation import check_recorded
 
 LIBRARIES = {
@@ -78,31 +81,65 @@ class Run:
         Args:
             began_with: card of the policy file with which learning begins, if it does.
 
+        What was begun and has no checkpoint yet is begun anew. Where the code or a library is
+        another one than before, that is noted in ``config.json``.
+
         Raises:
             ValueError: the folder holds another run, or one that this code cannot go on with.
             FileExistsError: it holds something else.
         """
-        file = self.folder / "config.json"
-        if self.config.overwrite:
-            self._clear()
-        elif file.exists():
-            self._check(json.loads(file.read_text(encoding="utf-8")))
-            return
-        elif self.folder.exists() and any(self.folder.iterdir()):
+        told = self._told()
+        if told is None and self.folder.exists() and any(self.folder.iterdir()):
             raise FileExistsError(
                 f"{self.folder} holds something else than a run: choose another folder with --out"
             )
-        self.folder.mkdir(parents=True, exist_ok=True)
-        told = {"options": self.config.learned(), "began_with": began_with}
-        told |= self._versions() | _made_by(self.config)
-        write(file, lambda part: part.write_text(json.dumps(told, indent=2) + "\n"))
+        now = _made_by(self.config)
+        if told is not None and self._has_checkpoint and not self.config.overwrite:
+            self._check(told)
+            last = told.get("went_on_with", [told])[-1]
+            if all(last.get(name) == now[name] for name in ("code", "libraries")):
+                return
+            print(f"{self.folder} goes on with other code or libraries", file=sys.stderr)
+            told["went_on_with"] = [*told.get("went_on_with", []), now]
+        else:
+            self._clear()
+            self.folder.mkdir(parents=True, exist_ok=True)
+            told = {"options": self.config.learned(), "began_with": began_with}
+            told |= {"observation_version": observation.VERSION, "id": uuid4().hex[:12], **now}
+        text = json.dumps(told, indent=2) + "\n"
+        write(self._file, lambda part: part.write_text(text, encoding="utf-8"))
+
+    @property
+    def _file(self) -> Path:
+        return self.folder / "config.json"
+
+    @property
+    def _has_checkpoint(self) -> bool:
+        return self.checkpoint.exists() or (self.folder / "checkpoint").exists()
+
+    def _told(self) -> dict[str, Any] | None:
+        """What ``config.json`` says; None where there is none of a run."""
+        try:
+            told = json.loads(self._file.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        known = {"options", "observation_version"}
+        return told if isinstance(told, dict) and known <= told.keys() else None
+
+    def _said(self, name: str) -> Any:
+        return (self._told() or {}).get(name)
 
     @property
     def began_with(self) -> dict[str, Any] | None:
         """Card of the policy file with which learning began."""
-        told = json.loads((self.folder / "config.json").read_text(encoding="utf-8"))
-        card: dict[str, Any] | None = told["began_with"]
+        card: dict[str, Any] | None = self._said("began_with")
         return card
+
+    @property
+    def id(self) -> str | None:
+        """By which a tracker knows the run again; None for one from before runs had any."""
+        name: str | None = self._said("id")
+        return name
 
     def _clear(self) -> None:
         for name in (*OWN, TENSORBOARD):
@@ -111,19 +148,18 @@ class Run:
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)
-
-    def _versions(self) -> dict[str, Any]:
-        return {"observation_version": observation.VERSION}
+        for part in self.folder.glob("*.part*"):
+            part.unlink()
 
     def _check(self, told: dict[str, Any]) -> None:
         """Refuses to go on with a run that is not this one."""
         remedy = "choose another folder with --out, or begin anew with --overwrite"
-        if told.get("observation_version") != observation.VERSION:
+        if told["observation_version"] != observation.VERSION:
             raise ValueError(
-                f"{self.folder} was trained on version {told.get('observation_version')} of the "
+                f"{self.folder} was trained on version {told['observation_version']} of the "
                 f"observation, this is version {observation.VERSION}: {remedy}"
             )
-        before, now = Config().learned() | told.get("options", {}), self.config.learned()
+        before, now = Config().learned() | told["options"], self.config.learned()
         changed = [
             f"{name} was {before.get(name)!r} and is {now.get(name)!r}"
             for name in dict.fromkeys([*before, *now])
@@ -167,7 +203,7 @@ def opened(config: Config) -> tuple[Run, Layers | None]:
         handed, _ = phases.read(config.hand_over)
         try:
             for team in config.teams:
-                phases.serving(handed, team)
+                PhasedPolicy(handed, make_params("transport", team))
         except ValueError as error:
             raise ValueError(f"--hand-over {config.hand_over}: {error}") from error
     tracking.check(config)
@@ -191,11 +227,22 @@ def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]
         NetworkPolicy(layers, about, make_params(about.tasks[0]))
     except ValueError as error:
         raise ValueError(f"--init-from {config.init_from}: {error}") from error
-    if about.activation != config.activation:
-        raise ValueError(
-            f"--init-from {config.init_from}: its activation is {about.activation!r}: train with "
-            f"--activation {about.activation}"
-        )
+    wanted = {
+        "activation": (about.activation, config.activation),
+        "mirror": (about.mirrors, config.mirror),
+        "residual": (about.residual, config.residual),
+        "decision_rate": (CONTROL_RATE // about.decide_every, config.decision_rate),
+    }
+    for option, (told, asked) in wanted.items():
+        if told != asked:
+            raise ValueError(
+                f"--init-from {config.init_from}: its {option} is {told!r}, that of the training "
+                f"{asked!r}; train with that of the file"
+            )
+    try:
+        perceptron.check_fit(layers, (len(layers[0][0]), *config.hidden, 2))
+    except ValueError as error:
+        raise ValueError(f"--init-from {config.init_from}: {error}") from error
     return layers, about.card
 
 
@@ -211,7 +258,7 @@ def write(path: Path, save: Callable[[Path], object]) -> None:
 
 def _made_by(config: Config) -> dict[str, Any]:
     return {
-        "code": provenance.code(),
+        "code": provenance.fingerprint([*provenance.PACKAGES, Path(__file__).parent]),
         "revision": revision(),
         "libraries": provenance.versions(LIBRARIES[config.engine]),
         "python": platform.python_version(),

@@ -10,8 +10,14 @@ from train.config import Config
 
 
 @contextmanager
-def tracked(config: Config, folder: Path) -> Iterator[None]:
-    """Sends what goes to TensorBoard to Weights & Biases too, while the block runs."""
+def tracked(config: Config, folder: Path, name: str | None) -> Iterator[None]:
+    """Sends what goes to TensorBoard to Weights & Biases too, while the block runs.
+
+    Args:
+        config: of the run.
+        folder: of the run.
+        name: by which a run that goes on is known again.
+    """
     if not config.track:
         yield
         return
@@ -21,6 +27,8 @@ def tracked(config: Config, folder: Path) -> Iterator[None]:
         project=config.wandb_project_name,
         entity=config.wandb_entity,
         name=folder.name,
+        id=name,
+        resume="allow",
         config=config.learned(),
         sync_tensorboard=True,
         dir=str(folder),

@@ -1,0 +1,62 @@
+"""``python -m train.curves``: what it draws of runs."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from train import curves
+
+COLUMNS = ("timesteps", "seconds", "num_boats", "scenario", "episodes", "success", "median_time")
+
+
+@pytest.fixture
+def runs(tmp_path):
+    """Two runs that were evaluated at 0, 2 and 4, one of them at 1 and 3 too."""
+    folders = []
+    for name, times in (("one", (0, 1, 2, 3, 4)), ("two", (0, 2, 4))):
+        folders.append(tmp_path / name)
+        folders[-1].mkdir()
+        with (folders[-1] / "curve.csv").open("w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(COLUMNS)
+            for at in times:
+                writer.writerow((at, 60 * at, 4, "noisy", 10, 0.2 * at, 50 - at))
+                writer.writerow((at, 60 * at, 4, "nominal", 10, 0.0, "nan"))
+    return folders
+
+
+def test_runs_are_put_together_where_all_were_evaluated(runs):
+    curve = curves.read(runs, 4, "noisy")
+    assert curve.minutes.tolist() == [0, 2, 4]
+    np.testing.assert_allclose(curve.success, [[0, 0.4, 0.8]] * 2)
+    assert curve.time.tolist() == [[50, 48, 46]] * 2
+    assert curve.episodes == 10
+
+
+def test_the_band_is_students_interval_of_the_mean():
+    low, high = curves.band(np.array([[1.0], [2.0], [3.0]]))
+    half = 4.302653 / np.sqrt(3)  # a table's quantile at two degrees of freedom
+    np.testing.assert_allclose([low, high], [[2 - half], [2 + half]], rtol=1e-6)
+
+
+def test_a_picture_is_drawn(runs, tmp_path):
+    file = tmp_path / "curves.svg"
+    curves.main([f"both={runs[0]},{runs[1]}", f"first={runs[0]}", str(file)])
+    assert file.read_text().count('<g id="axes_') == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["a=nowhere", "x.png"], "nowhere/curve.csv: there is none"),
+        (["a=one", "x.png", "--num-boats", "6"], "no evaluations with 6 boats"),
+        (["a=one", "x.doc"], "doc"),
+        (["one"] * 7 + ["x.png"], "7 recipes: at most 6"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(words, said, runs, monkeypatch, capsys):
+    monkeypatch.chdir(runs[0].parent)
+    with pytest.raises(SystemExit):
+        curves.main(words)
+    assert said in capsys.readouterr().err
