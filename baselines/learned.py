@@ -1,7 +1,7 @@
 """The learned policies that are part of this package: ``learned``.
 
-They were trained by ``train``; what each was trained on, how well it does and where it fails is on
-its card, in ``weights/README.md``.
+They were trained by ``train``; what each was trained on is on its card, in ``weights/README.md``,
+how well it does and where it fails in ``docs/learned.md``.
 """
 
 from __future__ import annotations

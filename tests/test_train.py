@@ -605,11 +605,12 @@ def test_the_curriculum_widens_where_most_episodes_succeed(succeed, share, tmp_p
     assert learner.share == 1.0
 
 
-def test_a_run_ends_where_goals_have_widened_to_all(monkeypatch, tmp_path):
+def test_a_run_ends_where_goals_have_widened_to_all(monkeypatch, tmp_path, capsys):
     folder = tmp_path / "run"
     options = ["--until-wide", "--narrowest", "0.5", "--widening", "0.5"]
     train(folder, *options)
     assert _timesteps(folder / "curve.csv") == [0, 2048, 4096]  # hardly any episode succeeds
+    assert "goals have widened to 50% only" in capsys.readouterr().err
 
     monkeypatch.setattr(ppo, "WIDENS", 0.0)
     train(folder, *options, "--overwrite")

@@ -17,6 +17,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         else:
             from train.ppo import train
         train(config)
+        print(f"the best policy of the run: {config.folder / 'best.npz'}")
     except (ValueError, OSError, ImportError) as error:
         sys.exit(f"python -m train: {_with_remedy(error)}")
     except KeyboardInterrupt:

@@ -8,6 +8,7 @@ stopped it, to the bit, on the same machine with the same number of threads.
 from __future__ import annotations
 
 import random
+import sys
 import time
 from typing import Any
 
@@ -262,3 +263,5 @@ def train(config: Config) -> None:
                 keeper.evaluate()
                 keeper.save()
         worlds.close()
+        if config.until_wide and not learner.wide:
+            print(f"goals have widened to {learner.share:.0%} only", file=sys.stderr)

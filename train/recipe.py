@@ -171,6 +171,8 @@ def follow(seed: int, out: Path, threads: int) -> None:
                 join(out, [(training.takes_over, training.after, None)], before)
             config = replace(config, hand_over=before)
         ppo.train(config)
+        if config.init_from and not network.read(best(out / name))[1].card["timesteps"]:
+            print(f"{name}: nothing better than where it began", file=sys.stderr)
     shutil.copyfile(checked(out / APPROACH), out / f"approach{SUFFIX}")
     join(out, PAIRS, out / f"transport{SUFFIX}")
 

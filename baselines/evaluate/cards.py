@@ -18,7 +18,7 @@ INTRODUCTION = """\
 `learned` in the comparison. The files hold numbers only and run without torch. This page is written
 by `python -m baselines.evaluate.published` from what they say of themselves; how they do on the
 suites is in [docs/results](../../docs/results/README.md), what they do differently and where
-they fail in [docs/learned.md](../../docs/learned.md). `python -m train.recipe` makes them.
+they fail in [docs/learned.md](../../docs/learned.md). `python -m train.recipe` makes such files.
 
 A *step* is a decision of a single boat. *Success* and *time* (median) are those of the last
 evaluation on development seeds, in the task of that training, noisy first; of many combinations of
