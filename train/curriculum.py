@@ -6,6 +6,7 @@ goals lie ahead and are hardly turned, noise and variation are small.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from asv_env.simulation import Simulation
 from asv_env.types import Float, Start
 from baselines import phases
 from baselines.phases import PhasedPolicy
+from baselines.policy import Policy
 from baselines.scripted import ScriptedPolicy
 from train.config import Config
 
@@ -73,19 +75,11 @@ class Midway:
     def watched(cls, config: Config, params: EnvParams, seeds: range) -> Midway:
         """Runs the scripted policy on the episodes of these seeds, as they begin in a training."""
         simulation = Simulation(params, len(seeds), draw=Starts(config))
-        policy = ScriptedPolicy(params)
-        observation, memory = simulation.reset(seeds=list(seeds)), None
-        fresh = np.ones(len(seeds), dtype=np.bool_)
         motion, goal = [], []
-        for tick in range(params.time_limit_ticks):
+        for tick, _ in enumerate(_acting(ScriptedPolicy(params), simulation, seeds)):
             if tick % KEEP_EVERY == 0:
                 motion.append(simulation.state.motion.copy())
                 goal.append(simulation.state.goal.copy())
-            action, memory = policy.act(simulation.sensed, observation, memory, fresh)
-            step = simulation.step(action)
-            observation, fresh = step.observation, step.ending.terminated | step.ending.truncated
-            if fresh.any():
-                observation[fresh] = simulation.reset(fresh)
             if len(motion) * len(seeds) >= LARGEST_STARTS:
                 break
         return cls(np.concatenate(motion), np.concatenate(goal))
@@ -106,20 +100,13 @@ class Midway:
         """
         simulation = Simulation(params, len(seeds))
         policy = PhasedPolicy(phases.read(file)[0], params)
-        observation, memory = simulation.reset(seeds=list(seeds)), None
-        fresh = np.ones(len(seeds), dtype=np.bool_)
         acts = np.zeros(len(seeds), dtype=np.int64)
         motion, goal = [], []
-        for _ in range(params.time_limit_ticks):
-            action, memory = policy.act(simulation.sensed, observation, memory, fresh)
+        for memory in _acting(policy, simulation, seeds):
             begins = (memory.acts > 0) & (acts == 0)
             acts, side = memory.acts, memory.sides.side[begins]
             motion.append(geometry.mirrored(simulation.state.motion[begins], side))
             goal.append(geometry.mirrored(simulation.state.goal[begins], side))
-            step = simulation.step(action)
-            observation, fresh = step.observation, step.ending.terminated | step.ending.truncated
-            if fresh.any():
-                observation[fresh] = simulation.reset(fresh)
         states = cls(np.concatenate(motion), np.concatenate(goal))
         if not len(states.goal):
             raise ValueError(
@@ -127,6 +114,23 @@ class Midway:
                 f"{params.num_boats} boats; hand over from a better approach"
             )
         return states
+
+
+def _acting(policy: Policy, simulation: Simulation, seeds: range) -> Iterator[Any]:
+    """Runs a policy for the time of an episode, in worlds that begin anew where they are over.
+
+    Yields:
+        What the policy remembers, once it has decided and before the worlds move.
+    """
+    observation, memory = simulation.reset(seeds=list(seeds)), None
+    fresh = np.ones(len(seeds), dtype=np.bool_)
+    for _ in range(simulation.params.time_limit_ticks):
+        action, memory = policy.act(simulation.sensed, observation, memory, fresh)
+        yield memory
+        step = simulation.step(action)
+        observation, fresh = step.observation, step.ending.terminated | step.ending.truncated
+        if fresh.any():
+            observation[fresh] = simulation.reset(fresh)
 
 
 class Starts:
