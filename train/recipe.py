@@ -74,7 +74,6 @@ LATER = replace(
     near_goals=0.25,
     widening=0.0,
     until_wide=False,
-    time_limit=36.0,
     critic_updates=10,
     ent_coef=0.001,
 )
