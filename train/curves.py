@@ -83,7 +83,7 @@ def band(values: Float) -> tuple[Float, Float]:
 
 def draw(curves: dict[str, Curve], title: str) -> Figure:
     """A figure of the curves of several recipes by name."""
-    figure = Figure(figsize=(8, 3.4), layout="constrained")
+    figure = Figure(figsize=(8, 3.6), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
     for colour, (name, curve) in zip(palette.SERIES[: len(curves)], curves.items(), strict=True):
@@ -96,7 +96,7 @@ def draw(curves: dict[str, Curve], title: str) -> Figure:
             right.fill_between(curve.minutes, *band(curve.time), color=colour, alpha=0.2, lw=0)
     _dress(left, "success on development seeds (%)")
     left.set_ylim(-3, 103)
-    figure.legend(loc="outside lower center", ncols=len(curves), frameon=False)
+    figure.legend(loc="outside lower center", ncols=min(len(curves), 2), frameon=False)
     _dress(right, "median time of successes (s)")
     right.set_ylim(bottom=0)
     figure.suptitle(title, fontsize="medium")
