@@ -170,6 +170,7 @@ def test_the_end_of_the_time_is_a_truncation_and_not_the_same_for_all():
         ("--critic central", "critic = 'central' with engine = 'rllib'"),
         ("--widening 0.5", "widening = 0.5 with engine = 'rllib': only sb3 knows that"),
         ("--midway-starts 0.5", "midway_starts = 0.5 with engine = 'rllib'"),
+        ("--log-std-min -1", "log_std_min = -1.0 with engine = 'rllib': only sb3 keeps the noise"),
         (
             "--residual 0.5 --decision-rate 10 --imitation-rounds 0",
             "residual = 0.5 with engine = 'rllib'",
