@@ -251,8 +251,12 @@ def test_going_on_with_other_code_is_noted(trained, tmp_path, capsys):
     told = json.loads(file.read_text())
     now = told["code"]
     file.write_text(json.dumps(told | {"code": "old"}))
+    train(folder)
+    assert "went_on_with" not in json.loads(file.read_text())  # it has come to its end
+    (folder / "curve.csv").unlink()
     for _ in range(2):
         train(folder)
+        (folder / "curve.csv").unlink()
     assert capsys.readouterr().err.count("goes on with other code") == 1
     told = json.loads(file.read_text())
     assert told["code"] == "old"

@@ -245,6 +245,7 @@ def train(config: Config) -> None:
         began, worlds = time.monotonic(), Worlds(config)
         resumed = run.checkpoint.exists()
         if resumed:
+            run.note_code()
             learner = Learner.load(run.checkpoint, env=worlds, device="cpu")
             learner.draw_as_at(learner.chance)
         else:

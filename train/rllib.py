@@ -468,6 +468,7 @@ def train(config: Config) -> None:
         if last is None:
             begin(algorithm, config, start)
         else:
+            run.note_code()
             algorithm.restore_from_path(last.absolute())
         hand_out(algorithm)
         progress.seconds += time.monotonic() - began

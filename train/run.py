@@ -76,13 +76,10 @@ class Run:
         return self.folder / "curve.csv"
 
     def open(self, began_with: dict[str, Any] | None = None) -> None:
-        """Begins the run, or goes on with the one that is there.
+        """Begins the run, or finds the one that is there; without a checkpoint it is begun anew.
 
         Args:
             began_with: card of the policy file with which learning begins, if it does.
-
-        What was begun and has no checkpoint yet is begun anew. Where the code or a library is
-        another one than before, that is noted in ``config.json``.
 
         Raises:
             ValueError: the folder holds another run, or one that this code cannot go on with.
@@ -93,34 +90,36 @@ class Run:
             raise FileExistsError(
                 f"{self.folder} holds something else than a run: choose another folder with --out"
             )
-        now = _made_by(self.config)
         if told is not None and self._has_checkpoint and not self.config.overwrite:
             self._check(told)
-            last = told.get("went_on_with", [told])[-1]
-            if all(last.get(name) == now[name] for name in ("code", "libraries")):
-                return
-            print(f"{self.folder} goes on with other code or libraries", file=sys.stderr)
-            told["went_on_with"] = [*told.get("went_on_with", []), now]
-        else:
-            self._clear()
-            self.folder.mkdir(parents=True, exist_ok=True)
-            told = {"options": self.config.learned(), "began_with": began_with}
-            told |= {"observation_version": observation.VERSION, "id": uuid4().hex[:12], **now}
-        text = json.dumps(told, indent=2) + "\n"
-        write(self._file, lambda part: part.write_text(text, encoding="utf-8"))
+            return
+        self._clear()
+        self.folder.mkdir(parents=True, exist_ok=True)
+        told = {"options": self.config.learned(), "began_with": began_with}
+        told |= {"observation_version": observation.VERSION, "id": uuid4().hex[:12]}
+        self._tell(told | _made_by(self.config))
 
-    @property
-    def _file(self) -> Path:
-        return self.folder / "config.json"
+    def note_code(self) -> None:
+        """Notes in ``config.json`` by what the run goes on, where code or a library has changed."""
+        told, now = self._told() or {}, _made_by(self.config)
+        parts = [told, *told.get("went_on_with", [])]
+        if any(parts[-1].get(name) != now[name] for name in ("code", "libraries")):
+            print(f"{self.folder} goes on with other code or libraries", file=sys.stderr)
+            self._tell(told | {"went_on_with": [*parts[1:], now]})
 
     @property
     def _has_checkpoint(self) -> bool:
         return self.checkpoint.exists() or (self.folder / "checkpoint").exists()
 
+    def _tell(self, told: dict[str, Any]) -> None:
+        text = json.dumps(told, indent=2) + "\n"
+        file = self.folder / "config.json"
+        write(file, lambda part: part.write_text(text, encoding="utf-8"))
+
     def _told(self) -> dict[str, Any] | None:
         """What ``config.json`` says; None where there is none of a run."""
         try:
-            told = json.loads(self._file.read_text(encoding="utf-8"))
+            told = json.loads((self.folder / "config.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
         known = {"options", "observation_version"}
