@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -129,8 +130,7 @@ def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
     if best:
         run.save_policy(f"{BEST}{SUFFIX}", layers, card)
     run.save_policy(f"policy{SUFFIX}", layers, card)
-    rows = [{name: str(value) for name, value in asdict(one).items()} for one in scores]
-    _put(run.curve, [*_rows(run.curve), *rows])
+    _put(run.curve, [*_rows(run.curve), *map(asdict, scores)])
 
 
 def told(scores: Sequence[Score]) -> dict[str, float]:
@@ -172,7 +172,8 @@ def cut(file: Path, timesteps: int) -> None:
         _put(file, kept)
 
 
-def _put(file: Path, rows: Sequence[dict[str, str]]) -> None:
+def _put(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Writes ``curve.csv``, all at once."""
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, COLUMNS)
     writer.writeheader()

@@ -224,6 +224,7 @@ def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]
     layers, about = network.read(config.init_from)
     try:
         NetworkPolicy(layers, about, make_params(about.tasks[0]))
+        perceptron.check_fit(layers, (len(observation.NAMES), *config.hidden, 2))
     except ValueError as error:
         raise ValueError(f"--init-from {config.init_from}: {error}") from error
     wanted = {
@@ -238,10 +239,6 @@ def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]
                 f"--init-from {config.init_from}: its {option} is {told!r}, that of the training "
                 f"{asked!r}; train with that of the file"
             )
-    try:
-        perceptron.check_fit(layers, (len(layers[0][0]), *config.hidden, 2))
-    except ValueError as error:
-        raise ValueError(f"--init-from {config.init_from}: {error}") from error
     return layers, about.card
 
 
