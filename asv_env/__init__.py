@@ -9,13 +9,13 @@ from importlib import metadata as _metadata
 import gymnasium as _gymnasium
 import pettingzoo as _pettingzoo
 
-from asv_env.joint_env import JointEnv
-from asv_env.parallel_env import AsvParallelEnv, parallel_env
+from asv_env.envs.joint import JointEnv
+from asv_env.envs.parallel import AsvParallelEnv, parallel_env
+from asv_env.envs.vector import AsvVectorEnv
 from asv_env.params import TASKS, EnvParams
 from asv_env.presets import PRESETS, SCENARIOS, make_params
 from asv_env.simulation import Simulation
 from asv_env.types import Sensed, State, TimeStep
-from asv_env.vector_env import AsvVectorEnv
 
 __all__ = [
     "PRESETS",
@@ -47,8 +47,8 @@ def _register() -> None:
         if name not in _gymnasium.registry:
             _gymnasium.register(
                 name,
-                entry_point="asv_env.joint_env:JointEnv",
-                vector_entry_point="asv_env.vector_env:AsvVectorEnv",
+                entry_point="asv_env.envs.joint:JointEnv",
+                vector_entry_point="asv_env.envs.vector:AsvVectorEnv",
                 kwargs={"task": task},
             )
         name = f"asv_env/{task}-v0"
@@ -56,7 +56,7 @@ def _register() -> None:
             _pettingzoo.register(
                 "parallel",
                 name,
-                entry_point="asv_env.parallel_env:parallel_env",
+                entry_point="asv_env.envs.parallel:parallel_env",
                 kwargs={"task": task},
             )
 

@@ -55,7 +55,7 @@ def report() -> str:
         'One agent for all boats   gymnasium.make("asv_env/Transport-v0", num_boats=4)',
         'Many worlds at once       gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)',
         'Every boat an agent       asv_env.parallel_env("transport", num_boats=4)',
-        'stable-baselines3         asv_env.sb3_env.BoatVecEnv("transport", num_envs=64)',
+        'stable-baselines3         asv_env.envs.sb3.BoatVecEnv("transport", num_envs=64)',
         "A picture                 python -m asv_env --picture start.png",
     ]
     return "\n".join(lines)

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from asv_env import formation, metrics, observation, reward, scenarios, termination
-from asv_env.dynamics import Dynamics
-from asv_env.formation import Relations, relate
 from asv_env.geometry import plane, wrap
 from asv_env.params import EnvParams
-from asv_env.sensors import Sensors
+from asv_env.physics.dynamics import Dynamics
+from asv_env.sensing import observation
+from asv_env.sensing.sensors import Sensors
+from asv_env.tasks import formation, metrics, reward, starts, termination
+from asv_env.tasks.formation import Relations, relate
 from asv_env.types import (
     Bool,
     Ending,
@@ -49,7 +50,7 @@ class Simulation:
         num_worlds: W.
         worlds_per_space: how many worlds share a Pymunk Space. 128 is fastest; with 1 every
             world computes at the origin and its results do not depend on the batch.
-        draw: how episodes begin; another one than ``scenarios.draw`` makes a curriculum. The
+        draw: how episodes begin; another one than ``starts.draw`` makes a curriculum. The
             side from which is pushed and the closure at the start are those of the task.
 
     Attributes:
@@ -69,7 +70,7 @@ class Simulation:
         params: EnvParams,
         num_worlds: int = 1,
         worlds_per_space: int = WORLDS_PER_SPACE,
-        draw: Draw = scenarios.draw,
+        draw: Draw = starts.draw,
     ) -> None:
         for name, value in (("num_worlds", num_worlds), ("worlds_per_space", worlds_per_space)):
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:

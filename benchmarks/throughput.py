@@ -49,9 +49,9 @@ import pymunk
 from gymnasium.vector import AutoresetMode
 from tqdm import tqdm
 
-from asv_env.joint_env import JointEnv
+from asv_env.envs.joint import JointEnv
+from asv_env.envs.vector import AsvVectorEnv
 from asv_env.simulation import Simulation
-from asv_env.vector_env import AsvVectorEnv
 
 NUM_BOATS = 4
 CLOCK = {"physics": 50, "sensing": 10, "control": 10}

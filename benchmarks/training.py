@@ -23,11 +23,11 @@ import torch
 from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.policies import ActorCriticPolicy
 
-from asv_env.dynamics import Dynamics
+from asv_env.physics.dynamics import Dynamics
 from train.config import Config
-from train.ppo import Learner
-from train.rollouts import Rollouts
-from train.worlds import Worlds
+from train.sb3.buffer import Rollouts
+from train.sb3.ppo import Learner
+from train.sb3.vec_env import Worlds
 
 
 class Clock:

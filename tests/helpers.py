@@ -5,9 +5,10 @@ from unittest import mock
 
 import numpy as np
 
-from asv_env import observation, scenarios
 from asv_env.presets import make_params
+from asv_env.sensing import observation
 from asv_env.simulation import Simulation
+from asv_env.tasks import starts
 
 NO_DRAG = {"surge": (0.0, 0.0), "sway": (0.0, 0.0), "yaw": (0.0, 0.0)}
 NO_VESSEL_DRAG = {**NO_DRAG, "fins": 0.0}
@@ -81,7 +82,7 @@ class World:
 
 def begin_at(sim, motions, mask=None, **start):
     """Resets a simulation's worlds to given motions (n, B, 6), with other fields of ``Start``."""
-    draw, waiting = scenarios.draw, iter(motions)
+    draw, waiting = starts.draw, iter(motions)
 
     def drawn(params, rng, goal=None):
         return replace(draw(params, rng, goal), motion=np.array(next(waiting)), **start)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from baselines import spiral
-from baselines.approach import Way
+from baselines.paper import spiral
+from baselines.scripted.approach_path import Way
 
 LENGTH, WIDTH = 0.40, 0.15
 BOAT_LENGTH, BOAT_WIDTH = 0.12, 0.065

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from baselines import evaluate
-from baselines.evaluate import beside
+from baselines.evaluate.publish import merge
 from baselines.evaluate.results import of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 
@@ -33,7 +33,7 @@ def folder(made, tmp_path):
 def refusal(folder, capsys):
     before = (folder / "published/episodes.csv").read_bytes()
     with pytest.raises(SystemExit):
-        beside.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+        merge.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
     assert (folder / "published/episodes.csv").read_bytes() == before
     return capsys.readouterr().err
 
@@ -42,7 +42,7 @@ def test_policies_are_added(folder):
     old = read_csv(folder / "published/episodes.csv")
     new = [row for row in read_csv(folder / "run/episodes.csv") if row.seed < 3_000_002]
     for _ in range(2):  # those that are there already are replaced
-        beside.main([str(folder / "run"), str(folder / "published")])
+        merge.main([str(folder / "run"), str(folder / "published")])
         rows = read_csv(folder / "published/episodes.csv")
         assert len(rows) == 12
         assert all(row in rows for row in [*old, *new])
@@ -67,14 +67,14 @@ def test_rounding_of_another_processor_does_not_count(folder):
     file = folder / "published/episodes.csv"
     error = str(read_csv(file)[0].position_error)
     file.write_text(file.read_text().replace(error, str(float(error) + 1e-9)))
-    beside.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+    merge.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
 
 
 def test_one_episode_in_which_rounding_has_grown_does_not_count(folder):
     file = folder / "published/episodes.csv"
     error = str(read_csv(file)[0].position_error)
     file.write_text(file.read_text().replace(error, str(float(error) + 1e-3)))
-    beside.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
+    merge.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
 
 
 def test_one_episode_that_ends_otherwise_counts(folder, capsys):
@@ -83,7 +83,7 @@ def test_one_episode_that_ends_otherwise_counts(folder, capsys):
     rows[0] = replace(rows[0], cause="strayed", position_error=1.0)
     write_csv(file, of_rows(SUITES["plane-v1"].first(3), rows))
     with pytest.raises(SystemExit):
-        beside.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
+        merge.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
     assert "idle, nominal: 1 of 3 episodes come out otherwise" in capsys.readouterr().err
 
 
@@ -92,7 +92,7 @@ def test_what_the_reward_weighs_does_not_count(folder):
     rows = read_csv(file)
     changed = file.read_text().replace(str(rows[0].episode_return), "0.125")
     file.write_text(changed)
-    beside.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+    merge.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
 
 
 def test_runs_that_cannot_be_compared_are_refused(folder, capsys):

@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from asv_env import make_params, scenarios
-from baselines import bound
-from baselines.runner import run
-from baselines.scripted import ScriptedPolicy
+from asv_env import make_params
+from asv_env.tasks import starts
+from baselines.evaluate import bound
+from baselines.rollout.loop import run
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
 PARAMS = make_params("transport")
 
@@ -52,5 +53,5 @@ def test_a_push_with_drag_from_the_start_is_slower_by_a_little(peak):
 def test_nobody_is_faster():
     seeds = range(10**8, 10**8 + 8)
     for track in run(ScriptedPolicy, PARAMS, seeds, 8):
-        start = scenarios.draw(PARAMS, np.random.default_rng(track.episode.seed))
+        start = starts.draw(PARAMS, np.random.default_rng(track.episode.seed))
         assert track.episode.duration > bound.least_time(PARAMS, start)

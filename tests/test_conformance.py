@@ -26,8 +26,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 
 import asv_env
-from asv_env.overview import overview, overview_bound, overview_size
-from asv_env.sb3_env import BoatVecEnv
+from asv_env.envs.sb3 import BoatVecEnv
+from asv_env.sensing.global_state import overview, overview_bound, overview_size
 
 TASKS = asv_env.TASKS
 TEAMS = (2, 4, 10)
@@ -82,7 +82,7 @@ def test_check_env_finds_nothing(task: str, num_boats: int) -> None:
 @teams
 def test_make_gives_one_agent_that_drives_all_boats(task: str, num_boats: int) -> None:
     env = gymnasium.make(gym_id(task), num_boats=num_boats)
-    assert env.observation_space.shape == (num_boats, len(asv_env.observation.BOUND))
+    assert env.observation_space.shape == (num_boats, len(asv_env.sensing.observation.BOUND))
     assert env.action_space.shape == (num_boats, 2)
     assert env.spec is not None
     assert env.spec.max_episode_steps is None, "the environment owns its time limit"
@@ -104,7 +104,7 @@ def test_make_vec_gives_the_batched_simulation(task: str, num_boats: int) -> Non
     assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
     observation, _ = env.reset(seed=0)
     assert observation in env.observation_space
-    assert observation.shape == (5, num_boats, len(asv_env.observation.BOUND))
+    assert observation.shape == (5, num_boats, len(asv_env.sensing.observation.BOUND))
     observation, reward, terminated, truncated, _ = env.step(env.action_space.sample())
     assert observation in env.observation_space
     assert reward.shape == terminated.shape == truncated.shape == (5,)

@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from asv_env import Simulation, make_params
-from asv_env.formation import relate, slots
 from asv_env.geometry import direction, wrap
+from asv_env.tasks.formation import relate, slots
 from asv_env.types import copied, rows
-from baselines.arcs import advance
-from baselines.conveying import ASTRAY, MISSED, Conveying, PushGains
-from baselines.route import RouteGains, Router
-from baselines.scripted import ScriptedPolicy
-from baselines.steering import Tolerances
+from baselines.paper.arcs import advance
+from baselines.scripted.lqr import Tolerances
+from baselines.scripted.path_following import ASTRAY, MISSED, Conveying, PushGains
+from baselines.scripted.planner import RouteGains, Router
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
 TEAMS = st.sampled_from([2, 3, 4, 5, 8, 20])
 AHEAD = (0.1, -1.2, 0.2)

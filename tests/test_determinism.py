@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import asv_env
-from asv_env.sb3_env import BoatVecEnv
+from asv_env.envs.sb3 import BoatVecEnv
 
 STEPS, TEAM, BATCH, SEED = 1000, 4, 64, 42
 STORIES = [(task, scenario) for task in ("push", "transport") for scenario in ("nominal", "harsh")]

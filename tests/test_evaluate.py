@@ -12,18 +12,20 @@ import pytest
 from helpers import SEEN
 
 from asv_env import make_params
-from baselines import evaluate, film, network, runner
-from baselines.episodes import COLUMNS, Label
-from baselines.evaluate import options, recording
-from baselines.evaluate.arms import Arm
-from baselines.evaluate.entrants import Source
+from baselines import evaluate
+from baselines.evaluate import options
+from baselines.evaluate.conditions import Arm
+from baselines.evaluate.policy_sources import Source
 from baselines.evaluate.results import read_csv
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.workers import Job, WorkerError
 from baselines.evaluate.workers import run as run_jobs
+from baselines.learned import network
 from baselines.policy import Idle
+from baselines.rollout import film, loop, trajectories
+from baselines.rollout.episodes import COLUMNS, Label
 
 EPISODES = 40
 """Of a run that is killed again and again."""
@@ -58,7 +60,7 @@ def files(tmp_path_factory):
     """Policies in files, as they come from training, but untrained."""
     from stable_baselines3 import PPO
 
-    from asv_env.sb3_env import BoatVecEnv
+    from asv_env.envs.sb3 import BoatVecEnv
 
     folder = tmp_path_factory.mktemp("policies")
     for seed in (0, 1):
@@ -169,7 +171,7 @@ def test_results_of_another_origin_are_not_mixed_or_lost(results, arguments, mes
 
 def test_other_code_is_noticed(tmp_path, capsys, monkeypatch):
     run(*SHORT, "--policies", "idle", "--out", tmp_path)
-    monkeypatch.setattr("baselines.provenance.code", lambda pattern: "other")
+    monkeypatch.setattr("baselines.rollout.provenance.code", lambda pattern: "other")
     assert "state of the code" in refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
     run(*SHORT, "--policies", "idle", "--out", tmp_path, "--overwrite")
 
@@ -438,7 +440,7 @@ def test_models_of_other_kinds_take_part(tmp_path, kind):
     import gymnasium as gym
     from stable_baselines3 import PPO, SAC
 
-    from asv_env.sb3_env import BoatVecEnv
+    from asv_env.envs.sb3 import BoatVecEnv
 
     if kind == "joint":
         model = PPO("MlpPolicy", gym.make("asv_env/Push-v0"), device="cpu", seed=0)
@@ -449,7 +451,7 @@ def test_models_of_other_kinds_take_part(tmp_path, kind):
     model.save(tmp_path / "other.zip")
     params = make_params("push", time_limit=0.5)
     made = Source(str(tmp_path / "other.zip")).make(params)
-    (track,) = runner.run(lambda params: made, params, [0], 1, Label("other"), record=True)
+    (track,) = loop.run(lambda params: made, params, [0], 1, Label("other"), record=True)
     assert track.episode.error is None
     seen = track.trajectory.observation[0]
     action, _ = model.predict(seen, deterministic=True)
@@ -530,8 +532,8 @@ def test_bad_options_are_refused_before_anything_runs(arguments, message, tmp_pa
 def test_trajectories_tell_the_episodes_anew(tmp_path):
     run(*SHORT, "--policies", "random", "--scenario", "noisy", "--record", "--out", tmp_path)
     for row in rows(tmp_path):
-        folder = recording.folder(tmp_path, row.arm, row.policy, None)
-        trajectory, about = recording.load(recording.path(folder, row.seed))
+        folder = trajectories.folder(tmp_path, row.arm, row.policy, None)
+        trajectory, about = trajectories.load(trajectories.path(folder, row.seed))
         steps = len(trajectory.action)
         assert steps == round(row.duration * about["control_rate"])
         assert trajectory.observation.shape == (steps + 1, 4, len(about["observation_names"]))
@@ -548,8 +550,8 @@ def test_actions_of_a_trajectory_lead_to_its_states(tmp_path):
     from asv_env import Simulation
 
     run(*SHORT, "--policies", "scripted", "--record", "--episodes", 1, "--out", tmp_path)
-    folder = recording.folder(tmp_path, "nominal", "scripted", None)
-    trajectory, _ = recording.load(recording.path(folder, 0))
+    folder = trajectories.folder(tmp_path, "nominal", "scripted", None)
+    trajectory, _ = trajectories.load(trajectories.path(folder, 0))
     simulation = Simulation(make_params("push", goal=(0.55, -0.95, 0.1)))
     observations = [simulation.reset(seeds=[0])[0]]
     for action in trajectory.action[:50]:
@@ -563,7 +565,7 @@ def test_trajectories_that_are_missing_are_made_later(tmp_path):
     before = rows(tmp_path)
     run(*SHORT, "--policies", "idle", "--record", "--out", tmp_path)
     assert rows(tmp_path) == before
-    folder = recording.folder(tmp_path, "nominal", "idle", None)
+    folder = trajectories.folder(tmp_path, "nominal", "idle", None)
     assert len(list(folder.glob("*.npz"))) == 3
 
 
@@ -573,8 +575,8 @@ def test_trajectories_are_of_the_policy_that_they_are_named_after(
     def recorded(*words):
         run(*SHORT, "--episodes", 1, "--policies", *words, "--out", tmp_path)
         (row,) = rows(tmp_path)
-        file = recording.path(recording.folder(tmp_path, "nominal", "net", None), 0)
-        return row, recording.load(file)[1]["episode"] if file.exists() else None
+        file = trajectories.path(trajectories.folder(tmp_path, "nominal", "net", None), 0)
+        return row, trajectories.load(file)[1]["episode"] if file.exists() else None
 
     row, told = recorded(f"net={network_file}", "--record")
     assert told["episode_return"] == row.episode_return
@@ -588,13 +590,13 @@ def test_broken_episodes_are_not_run_again_for_want_of_a_trajectory(tmp_path, mo
     words = [*SHORT, "--policies", "broken_policies:RaisesNow", "--record", "--out", tmp_path]
     run(*words)
     assert all(row.error for row in rows(tmp_path))
-    monkeypatch.setattr("baselines.runner.run", lambda *arguments: pytest.fail("run again"))
+    monkeypatch.setattr("baselines.rollout.loop.run", lambda *arguments: pytest.fail("run again"))
     run(*words)
 
 
 def test_a_file_that_is_no_trajectory_is_refused(tmp_path, network_file):
     with pytest.raises(ValueError, match="not a recorded trajectory"):
-        recording.load(network_file)
+        trajectories.load(network_file)
 
 
 # ---------------------------------------------------------------- film
@@ -604,5 +606,5 @@ def test_film_shows_the_episode_that_the_row_counts():
     params = make_params("push", goal=(0.0, -0.5, 0.0), time_limit=3.0)
     frames = list(film.frames(Idle, params, 0))
     assert len(frames) == 8 + film.LAST
-    (track,) = runner.run(Idle, params, [0], 1, Label("idle"))
+    (track,) = loop.run(Idle, params, [0], 1, Label("idle"))
     assert track.episode.duration == 3.0

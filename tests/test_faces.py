@@ -20,7 +20,7 @@ from stable_baselines3.common.utils import obs_as_tensor
 
 import asv_env
 from asv_env.__main__ import main
-from asv_env.sb3_env import BoatVecEnv
+from asv_env.envs.sb3 import BoatVecEnv
 
 IDLE, AHEAD = np.array([0.0, 0.0]), np.array([1.0, 0.0])
 

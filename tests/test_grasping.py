@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from asv_env import Simulation, make_params
-from asv_env.formation import relate, slots
-from baselines.grasping import GraspGains, Grasping
-from baselines.scripted import ScriptedPolicy
+from asv_env.tasks.formation import relate, slots
+from baselines.scripted.grasp import GraspGains, Grasping
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
 GAINS = GraspGains()
 

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 from asv_env import make_params
-from baselines import learned, network, phases, runner
-from baselines.evaluate import cards, seeds
-from baselines.evaluate.entrants import Source
-from baselines.scripted import ScriptedPolicy
+from baselines.evaluate.policy_sources import Source
+from baselines.evaluate.publish import model_cards
+from baselines.learned import network, phases, shipped
+from baselines.rollout import loop, seeds
+from baselines.scripted.scripted_policy import ScriptedPolicy
 from train import recipe
 from train.config import Config
 from train.recipe import APPROACH, Training
 
-FILES = sorted(learned.FOLDER.glob("*.npz"))
+FILES = sorted(shipped.FOLDER.glob("*.npz"))
 PUSH = "second"
 DEVELOPMENT = range(seeds.DEVELOPMENT.start, seeds.DEVELOPMENT.start + 32)
 TINY = {
@@ -29,13 +30,13 @@ TINY = {
 
 def episodes(policy, task):
     params = make_params(task, scenario="noisy")
-    return [track.episode for track in runner.run(policy, params, DEVELOPMENT, len(DEVELOPMENT))]
+    return [track.episode for track in loop.run(policy, params, DEVELOPMENT, len(DEVELOPMENT))]
 
 
 @pytest.mark.parametrize("task", ["approach", "push", "transport"])
 def test_it_does_its_task_sooner_than_the_script(task):
     """On development seeds; the suites' results are in docs/results."""
-    ours, theirs = episodes(learned.learned_policy, task), episodes(ScriptedPolicy, task)
+    ours, theirs = episodes(shipped.learned_policy, task), episodes(ScriptedPolicy, task)
     both = [(a.duration, b.duration) for a, b in zip(ours, theirs, strict=True) if a.success]
     assert len(both) >= 0.9 * len(ours)
     assert np.median([a - b for a, b in both]) < 0
@@ -44,8 +45,8 @@ def test_it_does_its_task_sooner_than_the_script(task):
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
 def test_files_are_small_and_say_where_they_come_from(file):
     assert file.stat().st_size < 1_000_000
-    for about in cards.networks(file):
-        for card in cards.trainings(about.card):
+    for about in model_cards.networks(file):
+        for card in model_cards.trainings(about.card):
             first, last = card["training_seeds"]
             assert seeds.TRAINING.start <= first < last < seeds.TRAINING.stop
             assert card["timesteps"] > 0
@@ -53,7 +54,7 @@ def test_files_are_small_and_say_where_they_come_from(file):
 
 
 def test_all_files_are_for_some_task():
-    assert {file.name for file in FILES} == set(learned.FILES.values())
+    assert {file.name for file in FILES} == set(shipped.FILES.values())
 
 
 def test_it_runs_where_there_is_no_torch():
@@ -80,7 +81,7 @@ def test_what_is_kept_of_a_run_is_bound_to_the_files(monkeypatch, tmp_path):
     before = Source("learned").fingerprint()
     for file in FILES:
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    monkeypatch.setattr(learned, "FOLDER", tmp_path)
+    monkeypatch.setattr(shipped, "FOLDER", tmp_path)
     assert Source("learned").fingerprint() == before
     (tmp_path / FILES[0].name).write_bytes(b"other")
     assert Source("learned").fingerprint() != before
@@ -115,7 +116,7 @@ def test_the_recipe_leaves_policy_files(short, tmp_path):
         )
         assert phase.about == about
         assert about.card["training_seeds"][0] == seeds.TRAINING.start + 2_000_000
-    assert [card["options"]["init_from"] for card in cards.trainings(made[1].about.card)] == [
+    assert [card["options"]["init_from"] for card in model_cards.trainings(made[1].about.card)] == [
         None,
         "best.npz",
     ]

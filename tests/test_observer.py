@@ -8,11 +8,12 @@ from helpers import begin_at, bodies, open_water
 from hypothesis import given
 from hypothesis import strategies as st
 
-from asv_env import Simulation, make_params, water
+from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
-from baselines import observer
-from baselines.observer import Observer
-from baselines.scripted import ScriptedPolicy
+from asv_env.physics import water
+from baselines.scripted import observer
+from baselines.scripted.observer import Observer
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
 FAR = [(5.0, 5.0), (-5.0, -5.0)]
 """Where two boats leave the vessel alone."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from baselines import braitenberg, brownian, dubins, pushing, spiral, two_arc
+from baselines.paper import braitenberg, brownian, dubins, pushing, spiral, two_arc
 
 VECTORS = json.loads((Path(__file__).parent / "data" / "paper_vectors.json").read_text())
 

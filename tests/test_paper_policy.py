@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from asv_env import Simulation, make_params
-from asv_env.formation import slots
-from asv_env.tracking import FULL_SPEED, FULL_YAW_RATE
+from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
+from asv_env.tasks.formation import slots
 from asv_env.types import rows
-from baselines import runner
-from baselines.coasting import coasting_speed
-from baselines.paper import IN_RANGE, PaperGains, PaperPolicy
+from baselines.paper.coasting import coasting_speed
+from baselines.paper.paper_policy import IN_RANGE, PaperGains, PaperPolicy
+from baselines.rollout import loop
 
 GOAL = (0.55, -0.95, 0.1)
 CENTRE = 0.57727235
@@ -295,7 +295,7 @@ def test_thrust_keeps_the_wheel_speed_up_in_steady_motion():
 def test_the_paper_controller_grasps_and_delivers_to_within_centimetres():
     """The paper: 4.88 +- 1.8 cm and -0.26 +- 0.44 rad at the instant of minimal distance."""
     params = make_params(preset="experiment")
-    tracks = runner.run(PaperPolicy, params, range(12), 12)
+    tracks = loop.run(PaperPolicy, params, range(12), 12)
     done = [track.episode for track in tracks]
     errors = np.array([row.min_position_error for row in done])
     assert np.median(errors) < 0.0488

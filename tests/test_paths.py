@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from asv_env.geometry import wrap
-from baselines import braitenberg, brownian, dubins, pushing, spiral, two_arc
-from baselines.arcs import ArcPath, advance
+from baselines.paper import braitenberg, brownian, dubins, pushing, spiral, two_arc
+from baselines.paper.arcs import ArcPath, advance
 
 coordinates = st.floats(-2.0, 2.0)
 angles = st.floats(-np.pi, np.pi)

@@ -5,10 +5,10 @@ import pytest
 from helpers import SEEN
 
 from asv_env import Simulation, make_params
-from baselines import network, phases
-from baselines.network import About, NetworkPolicy
-from baselines.phases import Phase, PhasedPolicy
-from baselines.scripted import ScriptedPolicy
+from baselines.learned import network, phases
+from baselines.learned.network import About, NetworkPolicy
+from baselines.learned.phases import Phase, PhasedPolicy
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
 LAYERS = [(np.zeros((SEEN, 2)), np.zeros(2))]
 

@@ -23,8 +23,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import fsolve
 
-from asv_env import geometry, make_params, water
+from asv_env import geometry, make_params
 from asv_env.params import BoatParams, VesselParams
+from asv_env.physics import water
 from asv_env.simulation import Simulation
 
 approx = pytest.approx

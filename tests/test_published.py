@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baselines.episodes import Episode
-from baselines.evaluate import published
+from baselines.evaluate.publish import pages
 from baselines.evaluate.results import of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
+from baselines.rollout.episodes import Episode
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs/results"
@@ -96,12 +96,12 @@ def folder(tmp_path):
     (tmp_path / "plane-v1").mkdir()
     rows = [*all_rows("one"), *all_rows("two", success=False, cause="strayed", time_to_goal=None)]
     write_csv(tmp_path / "plane-v1/episodes.csv", rows)
-    (tmp_path / "page.md").write_text(f"before\n{published.START}\nold\n{published.END}\nafter\n")
+    (tmp_path / "page.md").write_text(f"before\n{pages.START}\nold\n{pages.END}\nafter\n")
     return tmp_path
 
 
 def command(folder, *more):
-    published.main(["--results", str(folder), "--page", str(folder / "page.md"), *more])
+    pages.main(["--results", str(folder), "--page", str(folder / "page.md"), *more])
 
 
 def test_pages_say_what_the_rows_do(folder):
@@ -155,4 +155,4 @@ def test_the_published_summary_is_that_of_the_published_rows(name):
 
 def test_the_pages_of_this_repository_are_not_stale(monkeypatch):
     monkeypatch.chdir(ROOT)
-    published.main(["--check"])
+    pages.main(["--check"])

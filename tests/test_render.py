@@ -10,9 +10,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from asv_env import make_params, scene, video
-from asv_env.camera import Camera, Trail
-from asv_env.render import Viewer
+from asv_env import make_params
+from asv_env.render import scene, video
+from asv_env.render.camera import Camera, Trail
+from asv_env.render.viewer import Viewer
 from asv_env.simulation import Simulation
 
 SIZE = (320, 320)

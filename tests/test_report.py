@@ -12,14 +12,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from asv_env import scene
-from baselines.episodes import CAUSES, COLUMNS, NOT_OF_APPROACH, NOT_OF_PUSH, Episode, Track
-from baselines.evaluate import formats, report, table
-from baselines.evaluate.arms import Arm, Suite
+from asv_env.render import scene
+from baselines.evaluate import report
+from baselines.evaluate.conditions import Arm, Suite
 from baselines.evaluate.report import charts, figures, maps, replay, svg
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.summary import summarise
+from baselines.evaluate.tables import formats, table
+from baselines.rollout.episodes import CAUSES, COLUMNS, NOT_OF_APPROACH, NOT_OF_PUSH, Episode, Track
 
 CHROMIUM, DRIVER = "/usr/bin/chromium", "/usr/bin/chromedriver"
 ODD = "learned </script> & |$more$|"

@@ -6,18 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from asv_env import Simulation, formation, make_params
+from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
-from asv_env.scene import outline
-from baselines import dubins, episodes, provenance, runner, two_arc
-from baselines.arcs import advance
-from baselines.paper import ARRIVAL_TIME, IN_RANGE, PaperGains
+from asv_env.render.scene import outline
+from asv_env.tasks import formation
+from baselines.paper import dubins, two_arc
+from baselines.paper.arcs import advance
+from baselines.paper.paper_policy import ARRIVAL_TIME, IN_RANGE, PaperGains
+from baselines.paper.spiral import arc_length, exact_bearing_offset
 from baselines.policy import Idle
 from baselines.reproduce import (
     __main__ as command,
 )
 from baselines.reproduce import (
-    approach,
+    approach_figures,
     artefact,
     attribution,
     claims,
@@ -28,14 +30,14 @@ from baselines.reproduce import (
     paths,
     planners,
     runs,
+    samples,
     states,
-    statistics,
     style,
     trials,
 )
 from baselines.reproduce.job import Job
-from baselines.route import RouteGains, Router
-from baselines.spiral import arc_length, exact_bearing_offset
+from baselines.rollout import episodes, loop, provenance
+from baselines.scripted.planner import RouteGains, Router
 
 JOB = Job(seed=0, trials=3, episodes=4)
 ONLY = ["--only", "fig3", "fig5"]
@@ -222,9 +224,9 @@ def test_captions_say_the_numbers_of_the_code():
 
     said = {
         "fig4": [
-            *(f"N = {approach.SWARM}", f"T = {approach.DURATION:g} s"),
-            *(f"{approach.ENSEMBLE} swarms", f"{100 * approach.NOISE_R:g} cm"),
-            f"{approach.NOISE_ALPHA:g} rad",
+            *(f"N = {approach_figures.SWARM}", f"T = {approach_figures.DURATION:g} s"),
+            *(f"{approach_figures.ENSEMBLE} swarms", f"{100 * approach_figures.NOISE_R:g} cm"),
+            f"{approach_figures.NOISE_ALPHA:g} rad",
         ],
         "fig5": [written(paths.CORRECTED_GOAL), f"alpha_1 = {definitions.ALPHA1:g}"],
         "fig6": [
@@ -243,25 +245,25 @@ def test_captions_say_the_numbers_of_the_code():
 
 
 def test_description_of_a_sample():
-    assert statistics.describe([1.0, 2.0, 3.0, 6.0]) == pytest.approx(
+    assert samples.describe([1.0, 2.0, 3.0, 6.0]) == pytest.approx(
         {"mean": 3.0, "sd": np.sqrt(14 / 3), "median": 2.5}
     )
-    assert statistics.describe([4.0]) == {"mean": 4.0, "sd": None, "median": 4.0}
-    assert statistics.describe([]) == {"mean": None, "sd": None, "median": None}
+    assert samples.describe([4.0]) == {"mean": 4.0, "sd": None, "median": 4.0}
+    assert samples.describe([]) == {"mean": None, "sd": None, "median": None}
 
 
 def test_interval_of_a_mean():
-    assert statistics.interval([2.0, 2.0, 2.0]) == (2.0, 2.0)
-    assert statistics.interval([2.0]) is None
+    assert samples.interval([2.0, 2.0, 2.0]) == (2.0, 2.0)
+    assert samples.interval([2.0]) is None
     sample = np.random.default_rng(1).normal(1.0, 0.5, 400)
-    low, high = statistics.interval(sample)
+    low, high = samples.interval(sample)
     half = 1.96 * sample.std(ddof=1) / 20
     assert (low, high) == pytest.approx((sample.mean() - half, sample.mean() + half), abs=0.01)
 
 
 def test_share():
-    assert statistics.share([True, False, False, True]) == 0.5
-    assert statistics.share([]) is None
+    assert samples.share([True, False, False, True]) == 0.5
+    assert samples.share([]) is None
 
 
 def row(distance, heading, closure=80.0, success=False):
@@ -324,7 +326,7 @@ def test_table_as_text():
 
 
 def test_differences_are_paired():
-    first, second = statistics.rows_of({"a": {"m": [1.0, 5.0]}, "b": {"m": [2.0, 6.0]}})
+    first, second = samples.rows_of({"a": {"m": [1.0, 5.0]}, "b": {"m": [2.0, 6.0]}})
     assert (first["condition"], first["mean"], first["difference"]) == ("a", 3.0, None)
     assert (second["condition"], second["mean"], second["its median"]) == ("b", 4.0, 1.0)
     assert second["difference"] == "+1 [+1, +1]"
@@ -392,7 +394,7 @@ def test_fig_2_shows_angles_that_fit_the_boat():
 
 @pytest.mark.parametrize(("theta", "sense"), [(0.7, 0), (2.9, 1)])
 def test_drawn_spiral_has_the_length_and_the_headings_of_the_equations(theta, sense):
-    points = approach.spiral_points(1.3, theta, 0.7, sense) @ [1, 1j]
+    points = approach_figures.spiral_points(1.3, theta, 0.7, sense) @ [1, 1j]
     steps = np.diff(points)
     assert np.abs(steps).sum() == pytest.approx(float(arc_length(1.3, theta, 0.7)), rel=1e-4)
     middle = (points[1:] + points[:-1])[:-20] / 2
@@ -511,7 +513,7 @@ def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
 def test_both_comparisons_of_planners_have_the_same_goals():
     world = planners.world("nominal")
     params = replace(world, task=replace(world.task, time_limit=0.2))
-    tracks = list(runner.run(Idle, params, range(3, 6), 3))
+    tracks = list(loop.run(Idle, params, range(3, 6), 3))
     tracks.sort(key=lambda track: track.episode.seed)
     expected = [track.goal for track in tracks]
     np.testing.assert_array_equal(planners.goals(params, range(3, 6)), expected)
@@ -553,7 +555,7 @@ def test_the_policy_drives_the_paths_of_the_planner(name):
         policy.act = watched
         return policy
 
-    tracks = list(runner.run(make, params, range(6), 6))
+    tracks = list(loop.run(make, params, range(6), 6))
     goals = planners.goals(params, range(6))
     expected = dubins.shortest(goals, radius)
     if name == "two arcs":

@@ -8,9 +8,9 @@ from scipy.integrate import quad, solve_ivp
 
 from asv_env import make_params
 from asv_env.geometry import direction, wrap
-from baselines import dubins
-from baselines.route import SEGMENTS, RouteGains, Router
-from baselines.scripted import ScriptedPolicy
+from baselines.paper import dubins
+from baselines.scripted.planner import SEGMENTS, RouteGains, Router
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
 coordinates = st.floats(-3.0, 3.0)
 angles = st.floats(-np.pi, np.pi)

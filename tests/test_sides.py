@@ -4,16 +4,17 @@ import numpy as np
 import pytest
 from helpers import SEEN
 
-from asv_env import Simulation, make_params, scenarios
-from baselines.network import About, NetworkPolicy
-from baselines.scripted import ScriptedPolicy
-from baselines.sides import SideAway
+from asv_env import Simulation, make_params
+from asv_env.tasks import starts
+from baselines.learned.network import About, NetworkPolicy
+from baselines.mirror import SideAway
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
 MIRROR = np.array([1.0, -1.0, -1.0])
 
 
 def mirrored_start(params, rng, goal=None):
-    start = scenarios.draw(params, rng, goal)
+    start = starts.draw(params, rng, goal)
     start.goal *= MIRROR
     start.motion[:, :3] *= MIRROR
     return start

@@ -8,8 +8,8 @@ from scipy.linalg import expm
 
 from asv_env import make_params
 from asv_env.params import NOMINAL_LENGTH
-from baselines import steering
-from baselines.steering import LOOKS, SPEEDS, PreviewSteering, Tolerances
+from baselines.scripted import lqr
+from baselines.scripted.lqr import LOOKS, SPEEDS, PreviewSteering, Tolerances
 
 CAGED = Tolerances(offset=0.03, turn=0.07, force=4e-3, moment=3e-4)
 UNCAGED = replace(CAGED, force=0.0)
@@ -48,7 +48,7 @@ def rates(vessel, speed, state, wrench, curvature):
 
 def jacobian(vessel, speed):
     """(4, 7) of the rates, at rest on a straight path, by the deviation, wrench and curvature."""
-    linear = vessel.linearised(steering.SLIP, steering.YAW_RATE)
+    linear = vessel.linearised(lqr.SLIP, lqr.YAW_RATE)
     step = 1e-6 * np.eye(7)
     moved = [
         rates(linear, speed, d[:4], d[4:6], d[6]) - rates(linear, speed, -d[:4], -d[4:6], -d[6])
@@ -74,7 +74,7 @@ def best_wrench(vessel, tolerances, speed, deviation, curvature, cells):
         curvature: (LOOKS,) of the path ahead, straight behind that.
         cells: time steps for each look ahead.
     """
-    look = steering.STEP * vessel.length / NOMINAL_LENGTH
+    look = lqr.STEP * vessel.length / NOMINAL_LENGTH
     ahead = np.repeat(np.concatenate([curvature, np.zeros(7 * LOOKS)]), cells)
     system = np.zeros((7, 7))
     system[:4] = jacobian(vessel, speed) * look / cells

@@ -6,10 +6,10 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from asv_env import scenarios
-from baselines.evaluate import seeds
+from asv_env.tasks import starts
 from baselines.evaluate.suites import SUITES
-from baselines.experiment import PAPER_GOAL
+from baselines.paper.experiment import PAPER_GOAL
+from baselines.rollout import seeds
 
 FROZEN = {
     "quick-v1": "4ead52df808b487a",
@@ -23,7 +23,7 @@ FROZEN = {
 
 
 def begun(arm, seed):
-    return scenarios.draw(arm.params, np.random.default_rng(seed))
+    return starts.draw(arm.params, np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize("name", SUITES)

@@ -9,11 +9,13 @@ from helpers import DOWN, actions, begin_at, bodies, turned
 from hypothesis import given
 from hypothesis import strategies as st
 
-from asv_env import formation, make_params, observation, reward, scenarios
-from asv_env.formation import relate
+from asv_env import make_params
 from asv_env.geometry import wrap
+from asv_env.sensing import observation
 from asv_env.simulation import Simulation
-from asv_env.termination import delivered
+from asv_env.tasks import formation, reward, starts
+from asv_env.tasks.formation import relate
+from asv_env.tasks.termination import delivered
 from asv_env.types import Ending
 
 approx = pytest.approx
@@ -393,7 +395,7 @@ def test_slots_are_shared_out_among_those_that_work():
 
 def test_failures_come_at_any_time_between_5_and_60_s_to_any_boat():
     params, rng = make_params(scenario="failure"), np.random.default_rng(0)
-    ticks = np.array([scenarios.draw(params, rng).failure_tick for _ in range(400)])
+    ticks = np.array([starts.draw(params, rng).failure_tick for _ in range(400)])
     assert ((ticks >= 0).sum(axis=1) == 1).all()
     when = ticks.max(axis=1)
     assert 50 <= when.min() < 70

@@ -24,21 +24,25 @@ from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.utils import set_random_seed
 
-from asv_env import Simulation, formation, make_params, observation
+from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
-from baselines import evaluate, learned, network, phases
-from baselines.evaluate import recording
+from asv_env.sensing import observation
+from asv_env.tasks import formation
+from baselines import evaluate
 from baselines.evaluate.results import read_csv
-from baselines.sb3_policy import Sb3Policy
-from train import evaluation, export, imitation, networks, perceptron, ppo, run
+from baselines.learned import network, phases, shipped
+from baselines.learned.sb3_policy import Sb3Policy
+from baselines.rollout import trajectories
+from train import actors, evaluation, imitation, run
 from train.__main__ import main
 from train.config import PRESETS, SEEDS_OF_A_RUN, Config, parse
 from train.curriculum import Midway, Starts, grown
-from train.ppo import Keeper, Learner
-from train.residual import CorrectedVecEnv
-from train.rollouts import Rollouts
 from train.run import opened
-from train.worlds import Worlds
+from train.sb3 import export, policies, ppo
+from train.sb3.buffer import Rollouts
+from train.sb3.ppo import Keeper, Learner
+from train.sb3.residual import CorrectedVecEnv
+from train.sb3.vec_env import Worlds
 
 ROOT = Path(__file__).parents[1]
 TINY_OPTIONS = """
@@ -194,7 +198,7 @@ def test_another_seed_learns_something_else(trained, tmp_path):
 def test_a_central_critic_changes_what_the_critic_sees_alone(tmp_path):
     train(tmp_path / "run", "--critic", "central")
     learner = Learner.load(tmp_path / "run/checkpoint.zip", device="cpu")
-    widths = [one.in_features for one in perceptron.linear_layers(networks.actor(learner.policy))]
+    widths = [one.in_features for one in actors.linear_layers(policies.actor(learner.policy))]
     state = learner.observation_space["state"].shape[0]
     assert widths[0] == len(observation.NAMES)
     assert learner.policy.mlp_extractor.value_net[0].in_features == widths[0] + state
@@ -347,17 +351,17 @@ def test_a_policy_of_other_layers_is_no_beginning(trained, tmp_path):
     assert "wide.npz: layers of sizes [53, 16, 16, 2] do not fit" in begun_with(
         tmp_path / "wide.npz", "--hidden", 8, 16
     )
-    shutil.copy(learned.FOLDER / learned.FILES["transport"], tmp_path / "several.npz")
+    shutil.copy(shipped.FOLDER / shipped.FILES["transport"], tmp_path / "several.npz")
     assert "its format is 'asv-env phases 1'" in begun_with(tmp_path / "several.npz")
 
 
 def test_a_policy_file_is_a_beginning(trained, tmp_path):
     learner = Learner.made(tiny(), Worlds(tiny()))
     layers, _ = network.read(trained / "best.npz")
-    perceptron.put_layers(networks.actor(learner.policy), layers)
-    assert same(perceptron.layers_of(networks.actor(learner.policy)), layers)
+    actors.put_layers(policies.actor(learner.policy), layers)
+    assert same(actors.layers_of(policies.actor(learner.policy)), layers)
     with pytest.raises(ValueError, match="--hidden"):
-        perceptron.put_layers(networks.actor(learner.policy), layers[1:])
+        actors.put_layers(policies.actor(learner.policy), layers[1:])
 
 
 def test_a_wider_actor_begins_by_acting_as_the_file(trained):
@@ -365,15 +369,15 @@ def test_a_wider_actor_begins_by_acting_as_the_file(trained):
 
     def actor(*hidden):
         config = tiny(hidden=hidden)
-        made = networks.actor(Learner.made(config, Worlds(config)).policy)
-        perceptron.put_layers(made, layers)
+        made = policies.actor(Learner.made(config, Worlds(config)).policy)
+        actors.put_layers(made, layers)
         return made
 
     wider = actor(24, 40)
     seen = torch.randn(50, len(observation.NAMES), generator=torch.Generator().manual_seed(1))
     torch.testing.assert_close(wider(seen), actor(16, 16)(seen))
     wider(seen).sum().backward()
-    *hidden, last = perceptron.linear_layers(wider)
+    *hidden, last = actors.linear_layers(wider)
     assert [one.out_features for one in (*hidden, last)] == [24, 40, 2]
     assert (last.weight.grad[:, 16:] != 0).any()  # what is new can learn
     with pytest.raises(ValueError, match="or wider"):
@@ -428,7 +432,7 @@ def test_recorded_episodes_are_imitated(demonstrations):
     config = tiny(demonstrations=demonstrations / str(10**9))
     imitation.check_recorded(config)
     ((seen, done),) = imitation.recorded(config)
-    trajectory, _ = recording.load(next(config.demonstrations.rglob("*.npz")))
+    trajectory, _ = trajectories.load(next(config.demonstrations.rglob("*.npz")))
     assert len(seen) == len(done) == 4 * len(trajectory.action)
 
 
@@ -514,7 +518,7 @@ def test_boats_begin_in_the_slots_of_either_side():
 
 def test_pushes_begin_where_others_have_brought_the_vessel_into_closure():
     """Told from the +n side, in closure, also where the team pushes from the other one."""
-    file = learned.FOLDER / learned.FILES["transport"]
+    file = shipped.FOLDER / shipped.FILES["transport"]
     params = make_params("transport", scenario="noisy")
     midway = Midway.handed_over(file, params, range(10**9, 10**9 + 8))
     assert len(midway.goal) >= 8
@@ -530,7 +534,7 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
     given = ("--out", tmp_path / "r", "--hand-over", trained / "best.npz")
     assert "its format is 'asv-env policy 1'" in refusal(*given, "--midway-starts", 0.5)
     assert "midway_starts = 0: no episode would begin there" in refusal(*given)
-    both = phases.read(learned.FOLDER / learned.FILES["transport"])[0]
+    both = phases.read(shipped.FOLDER / shipped.FILES["transport"])[0]
     file = tmp_path / "four.npz"
     phases.save(file, [one for one in both if one.boats == 4], {})
     given = ("--out", tmp_path / "r", "--hand-over", file, "--midway-starts", 0.5, "--teams", 6)
@@ -541,7 +545,7 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
 def test_a_hand_over_that_never_pushes_is_named(tmp_path):
     idle = [
         replace(one, layers=[(0 * weight, 0 * bias) for weight, bias in one.layers])
-        for one in phases.read(learned.FOLDER / learned.FILES["transport"])[0]
+        for one in phases.read(shipped.FOLDER / shipped.FILES["transport"])[0]
     ]
     phases.save(tmp_path / "idle.npz", idle, {})
     given = ("--out", tmp_path / "r", "--hand-over", tmp_path / "idle.npz", "--midway-starts", 0.5)

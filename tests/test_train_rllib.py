@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from asv_env import make_params
-from baselines import network, runner
-from baselines.evaluate import seeds
+from baselines.learned import network
+from baselines.rollout import loop, seeds
 
 if "ENGINES_MUST_RUN" not in os.environ:
     pytest.importorskip("ray", reason="ray is not installed, see docs/engines.md")
@@ -97,7 +97,7 @@ def test_a_run_that_is_killed_goes_on(started, tmp_path):
 
     params = make_params("push")
     policy = network.load(folder / "best.npz", params)
-    (track,) = runner.run(lambda _: policy, params, [seeds.DEVELOPMENT.start], 1)
+    (track,) = loop.run(lambda _: policy, params, [seeds.DEVELOPMENT.start], 1)
     assert track.episode.error is None
 
 
@@ -108,7 +108,7 @@ def parsed(*options):
 
 
 def test_every_process_begins_with_the_weights_of_the_learner(temporary, tmp_path, monkeypatch):
-    from train.rllib import begin, connected, hand_out, module_of, settings
+    from train.rllib.engine import begin, connected, hand_out, module_of, settings
 
     monkeypatch.setenv("RAY_TMPDIR", temporary)
     monkeypatch.setattr("ray.tune.trainable.trainable.DEFAULT_STORAGE_PATH", str(tmp_path))
@@ -136,7 +136,7 @@ def process_of(config, number, done=0):
     """The worlds of a process that samples, and the episodes of its first steps."""
     from ray.rllib.env.multi_agent_env_runner import MultiAgentEnvRunner
 
-    from train.rllib import settings
+    from train.rllib.engine import settings
 
     runner = MultiAgentEnvRunner(config=settings(config, done), worker_index=number)
     episodes = runner.sample(num_timesteps=30 * 2 * 4, random_actions=True)

@@ -13,9 +13,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         config = parse(arguments)
         if config.engine == "rllib":
-            from train.rllib import train
+            from train.rllib.engine import train
         else:
-            from train.ppo import train
+            from train.sb3.ppo import train
         train(config)
         print(f"the best policy of the run: {config.folder / 'best.npz'}")
     except (ValueError, OSError, ImportError) as error:

@@ -15,7 +15,7 @@ import tyro
 from asv_env.checks import check_numbers, check_whole, choice
 from asv_env.params import TASKS, ClockParams, check_num_boats
 from asv_env.presets import SCENARIOS
-from baselines.evaluate import seeds
+from baselines.rollout import seeds
 
 Task = Literal["approach", "push", "transport"]
 Engine = Literal["sb3", "rllib"]

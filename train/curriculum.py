@@ -13,15 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from asv_env import geometry, scenarios
+from asv_env import geometry
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
+from asv_env.tasks import starts
 from asv_env.types import Float, Start
-from baselines import phases
-from baselines.phases import PhasedPolicy
+from baselines.learned import phases
+from baselines.learned.phases import PhasedPolicy
 from baselines.policy import Policy
-from baselines.scripted import ScriptedPolicy
+from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 
 MIRROR = np.array([1.0, -1.0, -1.0])
@@ -149,8 +150,8 @@ class Starts:
     def __call__(
         self, params: EnvParams, rng: np.random.Generator, goal: Float | None = None
     ) -> Start:
-        """See ``scenarios.draw``."""
-        start = scenarios.draw(params, rng, goal)
+        """See ``starts.draw``."""
+        start = starts.draw(params, rng, goal)
         if goal is not None:
             return start
         config = self._config
@@ -171,7 +172,7 @@ class Starts:
         if beside < config.near_starts:
             _put_beside(start.motion, params, rng)
         if slots < config.slot_starts:
-            scenarios.put_into_slots(start.motion, params, rng.choice([1.0, -1.0]))
+            starts.put_into_slots(start.motion, params, rng.choice([1.0, -1.0]))
         return start
 
 

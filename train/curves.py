@@ -21,8 +21,8 @@ from matplotlib.figure import Figure
 from scipy.stats import t as student
 
 from asv_env.types import Float
-from baselines import palette
 from baselines.evaluate import statistics
+from baselines.evaluate.report import palette
 
 CONFIDENCE = 0.95
 

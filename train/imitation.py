@@ -17,11 +17,11 @@ import torch
 from torch import Tensor, nn
 from tqdm import tqdm
 
-from asv_env import observation
+from asv_env.sensing import observation
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
-from baselines.evaluate import recording
-from baselines.scripted import ScriptedPolicy
+from baselines.rollout import trajectories
+from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 from train.curriculum import Starts, training_params
 
@@ -122,7 +122,7 @@ def _watched(
 def recorded(config: Config) -> Iterator[Pairs]:
     """Pairs of the recorded episodes that are to be imitated."""
     for file in _files(config):
-        trajectory, _ = recording.load(file)
+        trajectory, _ = trajectories.load(file)
         seen, done = trajectory.observation[:-1], trajectory.action
         yield seen.reshape(-1, seen.shape[-1]), done.reshape(-1, 2)
 
@@ -142,7 +142,7 @@ def check_recorded(config: Config) -> None:
             "python -m baselines.evaluate --record"
         )
     for file in files:
-        _check(file, recording.about(file), config)
+        _check(file, trajectories.about(file), config)
 
 
 def _files(config: Config) -> list[Path]:

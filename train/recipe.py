@@ -16,12 +16,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from baselines import network, phases
-from baselines.network import SUFFIX
-from baselines.phases import Phase
-from train import export, ppo
+from baselines.learned import network, phases
+from baselines.learned.network import SUFFIX
+from baselines.learned.phases import Phase
 from train.config import PRESETS, Config
 from train.run import BEST, write
+from train.sb3 import export, ppo
 
 
 @dataclass(frozen=True)

@@ -25,12 +25,13 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from asv_env import observation
 from asv_env.presets import make_params
-from baselines import network, phases, provenance
-from baselines.network import About, Layers, NetworkPolicy
-from baselines.phases import PhasedPolicy
-from train import perceptron, tracking
+from asv_env.sensing import observation
+from baselines.learned import network, phases
+from baselines.learned.network import About, Layers, NetworkPolicy
+from baselines.learned.phases import PhasedPolicy
+from baselines.rollout import provenance
+from train import actors, tracking
 from train.config import CONTROL_RATE, Config
 from train.imitation import check_recorded
 
@@ -224,7 +225,7 @@ def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]
     layers, about = network.read(config.init_from)
     try:
         NetworkPolicy(layers, about, make_params(about.tasks[0]))
-        perceptron.check_fit(layers, (len(observation.NAMES), *config.hidden, 2))
+        actors.check_fit(layers, (len(observation.NAMES), *config.hidden, 2))
     except ValueError as error:
         raise ValueError(f"--init-from {config.init_from}: {error}") from error
     wanted = {

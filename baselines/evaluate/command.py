@@ -12,17 +12,17 @@ from typing import Any
 
 from tqdm import tqdm
 
-from baselines import film, provenance
-from baselines.episodes import Label
-from baselines.evaluate import recording, report, workers
-from baselines.evaluate.arms import Arm, Suite
-from baselines.evaluate.entrants import Entrant
+from baselines.evaluate import report, workers
+from baselines.evaluate.conditions import Arm, Suite
 from baselines.evaluate.options import FILES, parse, parser
+from baselines.evaluate.policy_sources import Entrant
 from baselines.evaluate.results import Results, write_csv
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.summary import summarise
-from baselines.evaluate.table import text_table
+from baselines.evaluate.tables.table import text_table
 from baselines.evaluate.workers import Job, WorkerError
+from baselines.rollout import film, provenance, trajectories
+from baselines.rollout.episodes import Label
 
 LIBRARIES = ("numpy", "scipy", "pymunk")
 JOB = 500
@@ -66,7 +66,7 @@ def _jobs(
     label = Label(one.name, one.training_seed(number), arm.name, arm.scenario)
     record = None
     if options.record:
-        record = recording.folder(options.out, arm.name, one.name, label.training_seed)
+        record = trajectories.folder(options.out, arm.name, one.name, label.training_seed)
     series = Series(arm.name, one.name, number)
     there = _there(store, series, options.suite, record)
     missing = [seed for seed in options.suite.seeds if seed not in there]
@@ -90,11 +90,11 @@ def _there(store: Store, series: Series, suite: Suite, record: Path | None) -> s
     """Seeds of the episodes with which nothing is left to do."""
     if record is None:
         return store.seeds(series)
-    recording.clear(record)
+    trajectories.clear(record)
     return {
         row.seed
         for row in store.rows(series, suite.seeds)
-        if row.error or recording.holds(record, row)
+        if row.error or trajectories.holds(record, row)
     }
 
 
@@ -141,7 +141,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         store = Store(options.out, made_by, options.fingerprints, options.overwrite)
         for policy in store.dropped:
-            recording.remove(options.out, policy)
+            trajectories.remove(options.out, policy)
     except OSError as error:
         parser().error(str(error))
     with closing(store):

@@ -7,16 +7,17 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from asv_env import video
 from asv_env.checks import choice
 from asv_env.params import TASKS
 from asv_env.presets import PRESETS, SCENARIOS
-from baselines.evaluate import report, seeds
-from baselines.evaluate.arms import Suite, custom
-from baselines.evaluate.entrants import POLICIES, entrants
+from asv_env.render import video
+from baselines.evaluate import report
+from baselines.evaluate.conditions import Suite, custom
+from baselines.evaluate.policy_sources import POLICIES, entrants
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.suites import SUITES
-from baselines.experiment import PAPER_GOAL
+from baselines.paper.experiment import PAPER_GOAL
+from baselines.rollout import seeds
 
 FILES = ("episodes.csv", "summary.json", *report.FILES)
 ONLY_CUSTOM = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")

@@ -12,8 +12,8 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 
 from asv_env.types import Bool, Float
-from baselines.episodes import COLUMNS, Episode
-from baselines.evaluate.arms import Arm, Suite
+from baselines.evaluate.conditions import Arm, Suite
+from baselines.rollout.episodes import COLUMNS, Episode
 
 NOTHING = ""
 """In a CSV file, where a column does not apply."""

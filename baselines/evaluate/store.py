@@ -20,7 +20,7 @@ import numpy as np
 
 from asv_env.geometry import wrap
 from asv_env.types import Float
-from baselines.episodes import Episode, Track
+from baselines.rollout.episodes import Episode, Track
 
 NAME = "episodes.sqlite"
 POLICY = "policy "

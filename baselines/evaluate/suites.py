@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from baselines.evaluate.arms import Arm, Suite
-from baselines.experiment import PAPER_GOAL
+from baselines.evaluate.conditions import Arm, Suite
+from baselines.paper.experiment import PAPER_GOAL
 
 PLANK_AREA = 0.40 * 0.15
 """Of the vessel seen from above, m^2; the same for all shapes, and so is its mass."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from asv_env.types import Float
 from baselines.evaluate import statistics
-from baselines.evaluate.arms import Arm
+from baselines.evaluate.conditions import Arm
 from baselines.evaluate.results import Results
 from baselines.evaluate.statistics import Estimate
 

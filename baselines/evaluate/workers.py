@@ -19,12 +19,11 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from baselines import runner
-from baselines.episodes import Label, Track
-from baselines.evaluate import recording
-from baselines.evaluate.arms import Arm
-from baselines.evaluate.entrants import Source
+from baselines.evaluate.conditions import Arm
+from baselines.evaluate.policy_sources import Source
 from baselines.evaluate.store import Series
+from baselines.rollout import loop, trajectories
+from baselines.rollout.episodes import Label, Track
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -66,11 +65,11 @@ class Job:
         if self.source.fingerprint() != self.fingerprint:
             raise ValueError(f"{self.source.word} has changed since the run began: start it again")
         params, keep = self.arm.params, self.record is not None
-        for track in runner.run(
+        for track in loop.run(
             self.source.make, params, self.seeds, self.num_envs, self.label, keep
         ):
             if self.record is not None:
-                recording.save(self.record, track, params)
+                trajectories.save(self.record, track, params)
             yield track
 
 

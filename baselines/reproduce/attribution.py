@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from asv_env import formation
 from asv_env.params import EnvParams
+from asv_env.tasks import formation
 from asv_env.types import Bool, Complex, Float
-from baselines.paper import PaperPolicy, nearest
+from baselines.paper.paper_policy import PaperPolicy, nearest
+from baselines.reproduce.experiments import MakePolicy, before_closure, experiment, run
 from baselines.reproduce.job import Job
-from baselines.reproduce.statistics import rows_of
-from baselines.reproduce.worlds import MakePolicy, before_closure, experiment, run
+from baselines.reproduce.samples import rows_of
 
 THIN = 5
 """Of a track's poses, one in so many is kept to look for crossings."""

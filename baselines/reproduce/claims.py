@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from asv_env import formation, scenarios
 from asv_env.geometry import wrap
 from asv_env.params import EnvParams
+from asv_env.tasks import formation, starts
 from asv_env.types import Float
-from baselines import pushing
-from baselines.arcs import advance
-from baselines.episodes import Track
-from baselines.evaluate.entrants import POLICIES
+from baselines.evaluate.policy_sources import POLICIES
+from baselines.paper import pushing
+from baselines.paper.arcs import advance
 from baselines.reproduce import attribution
+from baselines.reproduce.experiments import before_closure, experiment, run, simulation
 from baselines.reproduce.job import Job
 from baselines.reproduce.runs import noisy_paper
-from baselines.reproduce.statistics import row, rows_of
-from baselines.reproduce.worlds import before_closure, experiment, run, simulation
+from baselines.reproduce.samples import row, rows_of
+from baselines.rollout.episodes import Track
 
 ARC, WATCHED = np.pi / 2, 1.0
 """Turn of the arcs of the pivot, and the part of it on which the boat there is watched, rad."""
@@ -159,6 +159,6 @@ def broken_world() -> EnvParams:
 
 def role_of_dead(params: EnvParams, seed: int) -> str:
     """Role of the boat that dies in an episode of Push: "end" or "inner"."""
-    start = scenarios.draw(params, np.random.default_rng(seed))
+    start = starts.draw(params, np.random.default_rng(seed))
     boat = int(np.argmax(start.failure_tick))
     return "end" if abs(start.motion[1 + boat, 0]) > params.vessel.length / 2 else "inner"

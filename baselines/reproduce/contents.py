@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from baselines.reproduce import approach, claims, definitions, paths, planners, runs, states, trials
+from baselines.reproduce import (
+    approach_figures,
+    claims,
+    definitions,
+    paths,
+    planners,
+    runs,
+    states,
+    trials,
+)
 from baselines.reproduce.artefact import (
     BOTH,
     GEOMETRY,
@@ -19,8 +28,8 @@ from baselines.reproduce.artefact import (
 ARTEFACTS: dict[str, Artefact] = {
     "fig1": Figure(definitions.closure, GEOMETRY),
     "fig2": Figure(definitions.quantities, GEOMETRY),
-    "fig3": Figure(approach.spiral, GEOMETRY),
-    "fig4": Figure(approach.swarm, MODEL),
+    "fig3": Figure(approach_figures.spiral, GEOMETRY),
+    "fig4": Figure(approach_figures.swarm, MODEL),
     "fig5": Figure(paths.correction, GEOMETRY),
     "feasibility": Figure(paths.feasibility, GEOMETRY),
     "run6": Study(runs.noisy_simulation, SIMULATION),

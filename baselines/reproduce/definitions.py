@@ -8,14 +8,15 @@ from matplotlib.figure import Figure
 
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
-from baselines import palette, two_arc
-from baselines.arcs import ArcPath
-from baselines.braitenberg import desired_heading, direction
-from baselines.experiment import PAPER_GOAL
+from baselines.evaluate.report import palette
+from baselines.paper import two_arc
+from baselines.paper.arcs import ArcPath
+from baselines.paper.braitenberg import desired_heading, direction
+from baselines.paper.experiment import PAPER_GOAL
+from baselines.paper.spiral import angular_distance, bearing_offset
 from baselines.reproduce import drawing, style
-from baselines.reproduce.approach import spiral_points
+from baselines.reproduce.approach_figures import spiral_points
 from baselines.reproduce.job import Job
-from baselines.spiral import angular_distance, bearing_offset
 
 ALPHA1 = 1.0
 """The paper's angle of the first arc, rad."""

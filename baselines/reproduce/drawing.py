@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, Polygon
 from numpy.typing import ArrayLike
 
-from asv_env import formation
 from asv_env.params import EnvParams, HullParams
-from asv_env.scene import outline, placed
+from asv_env.render.scene import outline, placed
+from asv_env.tasks import formation
 from asv_env.types import Complex, Float
-from baselines import palette
-from baselines.arcs import ArcPath
+from baselines.evaluate.report import palette
+from baselines.paper.arcs import ArcPath
 from baselines.reproduce import style
 
 STEPS = 200

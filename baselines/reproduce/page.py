@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from baselines import marks
+from baselines.evaluate.publish import marks
 from baselines.reproduce.artefact import cell, markdown
 
 START = "<!-- what follows is written by python -m baselines.reproduce -->"

@@ -13,8 +13,9 @@ from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.types import Float
-from baselines import dubins, palette, two_arc
-from baselines.arcs import ArcPath, advance
+from baselines.evaluate.report import palette
+from baselines.paper import dubins, two_arc
+from baselines.paper.arcs import ArcPath, advance
 from baselines.reproduce import drawing, style
 from baselines.reproduce.definitions import ALPHA1
 from baselines.reproduce.job import Job

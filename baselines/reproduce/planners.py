@@ -11,17 +11,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from asv_env import scenarios
 from asv_env.params import EnvParams
+from asv_env.tasks import starts
 from asv_env.types import Complex, Float
-from baselines import dubins, palette, two_arc
-from baselines.arcs import ArcPath
+from baselines.evaluate.report import palette
+from baselines.paper import dubins, two_arc
+from baselines.paper.arcs import ArcPath
 from baselines.reproduce import paths, style
+from baselines.reproduce.experiments import MakePolicy, experiment, run
 from baselines.reproduce.job import Job
-from baselines.reproduce.statistics import rows_of
-from baselines.reproduce.worlds import MakePolicy, experiment, run
-from baselines.route import SEGMENTS, RouteGains, Router
-from baselines.scripted import ScriptedPolicy
+from baselines.reproduce.samples import rows_of
+from baselines.scripted.planner import SEGMENTS, RouteGains, Router
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
 Planner = Callable[[Float, float], ArcPath]
 """From goals (W, 3) in the vessel's frame and the least radius, m, to paths."""
@@ -111,7 +112,7 @@ def world(scenario: str) -> EnvParams:
 
 def goals(params: EnvParams, seeds: Sequence[int]) -> Float:
     """Goals (n, 3) that the episodes with these seeds have, m, m, rad."""
-    return np.array([scenarios.draw(params, np.random.default_rng(s)).goal for s in seeds])
+    return np.array([starts.draw(params, np.random.default_rng(s)).goal for s in seeds])
 
 
 def compare(job: Job) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from baselines import provenance
 from baselines.reproduce.job import Job
+from baselines.rollout import provenance
 
 NAME = "record.json"
 LIBRARIES = ("numpy", "scipy", "pymunk", "matplotlib")

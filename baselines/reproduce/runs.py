@@ -10,16 +10,16 @@ import numpy as np
 from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation, Sensed
-from baselines import two_arc
-from baselines.arcs import ArcPath
-from baselines.episodes import TRACK_EVERY, Track
-from baselines.evaluate.entrants import POLICIES
-from baselines.experiment import PAPER_GOAL
-from baselines.paper import IN_RANGE
+from baselines.evaluate.policy_sources import POLICIES
+from baselines.paper import two_arc
+from baselines.paper.arcs import ArcPath
+from baselines.paper.experiment import PAPER_GOAL
+from baselines.paper.paper_policy import IN_RANGE
 from baselines.policy import Policy
 from baselines.reproduce.definitions import ALPHA1
+from baselines.reproduce.experiments import MakePolicy, experiment, run, simulation
 from baselines.reproduce.job import Job
-from baselines.reproduce.worlds import MakePolicy, experiment, run, simulation
+from baselines.rollout.episodes import TRACK_EVERY, Track
 
 VARIANCE = 0.05
 """Of the paper's noise, without a unit there: taken as rad^2 for angles and cm^2 for x and y."""

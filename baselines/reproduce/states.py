@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from asv_env.params import EnvParams
-from asv_env.scene import outline
-from baselines import palette
+from asv_env.render.scene import outline
+from baselines.evaluate.report import palette
 from baselines.reproduce import drawing, style
+from baselines.reproduce.experiments import experiment, simulation
 from baselines.reproduce.job import Job
 from baselines.reproduce.runs import GOALS, Run
-from baselines.reproduce.worlds import experiment, simulation
 
 FAR = 1.5
 """Distance of a circle's centre from the vessel beyond which figures leave it out, m."""

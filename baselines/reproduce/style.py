@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baselines import palette
+from baselines.evaluate.report import palette
 
 COLUMN, PAGE = 88.0, 180.0
 """Widths of one and of two columns of a journal, mm."""

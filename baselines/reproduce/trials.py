@@ -10,13 +10,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baselines import palette
-from baselines.evaluate.entrants import POLICIES
-from baselines.experiment import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
+from baselines.evaluate.policy_sources import POLICIES
+from baselines.evaluate.report import palette
+from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
 from baselines.reproduce import style
+from baselines.reproduce.experiments import experiment, run
 from baselines.reproduce.job import Job
-from baselines.reproduce.statistics import describe, share
-from baselines.reproduce.worlds import experiment, run
+from baselines.reproduce.samples import describe, share
 
 COMPARED = ("paper", "scripted")
 SCENARIOS = ("nominal", "noisy")

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from baselines.evaluate.arms import Arm
-from baselines.evaluate.report import charts, markdown, page, replay, svg
-from baselines.evaluate.report.page import Section
+from baselines.evaluate.conditions import Arm
+from baselines.evaluate.report import charts, document, markdown, replay, svg
+from baselines.evaluate.report.document import Section
 from baselines.evaluate.report.replay import Player
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Store
@@ -44,7 +44,7 @@ def write(
     seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
     colours = charts.colours(results.policies)
     texts = (
-        page.document(
+        document.document(
             results, summary, replay.world(results, players, floor, colours, seeds), sections
         ),
         markdown.document(results, summary),
@@ -74,7 +74,7 @@ def _section(
     judged = [p.key for p in players if p.policy not in floor] or list(found)
     with svg.look():
         drawn = [
-            page.drawn(chart, f"arm-{number}-{chart.name}")
+            document.drawn(chart, f"arm-{number}-{chart.name}")
             for chart in charts.of_arm(results, arm, shown)
         ]
     return Section(drawn, replay.episodes(arm, found, seeds, judged))

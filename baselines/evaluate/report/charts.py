@@ -11,16 +11,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.scene import outline
+from asv_env.render.scene import outline
 from asv_env.types import Float
-from baselines import palette
-from baselines.episodes import Track
-from baselines.evaluate import formats
-from baselines.evaluate.arms import Arm
-from baselines.evaluate.report import figures, maps
+from baselines.evaluate.conditions import Arm
+from baselines.evaluate.report import figures, maps, palette
 from baselines.evaluate.report.figures import Colours
 from baselines.evaluate.results import Results
-from baselines.experiment import PAPER_HEADING, PAPER_POSITION
+from baselines.evaluate.tables import formats
+from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION
+from baselines.rollout.episodes import Track
 
 ORIGIN = np.zeros(3)
 """Where every vessel begins."""

@@ -15,9 +15,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from asv_env.types import Float
-from baselines import palette
-from baselines.episodes import CAUSES
 from baselines.evaluate import statistics
+from baselines.evaluate.report import palette
+from baselines.rollout.episodes import CAUSES
 
 HALF, WIDE, FULL = 5.3, 8.6, 10.9
 """Widths, inches: of two figures side by side, of bars, and of panels side by side."""

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
 from asv_env.types import Bool, Float
-from baselines import palette
+from baselines.evaluate.report import palette
 from baselines.evaluate.report.figures import FEW, FULL, HALF, Colours
 
 COLUMNS = 4

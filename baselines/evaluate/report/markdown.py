@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
-from baselines.evaluate import table
 from baselines.evaluate.report import words
 from baselines.evaluate.results import Results
-from baselines.evaluate.table import Table
+from baselines.evaluate.tables import table
+from baselines.evaluate.tables.table import Table
 
 
 def document(results: Results, summary: Mapping[str, Any]) -> str:

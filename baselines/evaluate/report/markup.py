@@ -10,10 +10,10 @@ from itertools import groupby
 from typing import Any
 from urllib.parse import quote
 
-from baselines.evaluate.columns import Column
-from baselines.evaluate.formats import NOTHING
 from baselines.evaluate.report.figures import Colours
-from baselines.evaluate.table import Table
+from baselines.evaluate.tables.columns import Column
+from baselines.evaluate.tables.formats import NOTHING
+from baselines.evaluate.tables.table import Table
 
 SPANNING = ("arm", "control")
 """Heads of columns whose cells hold for all lines of an arm."""

@@ -14,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from asv_env import scene
 from asv_env.params import EnvParams
+from asv_env.render import scene
 from asv_env.types import Float
-from baselines.episodes import TRACK_EVERY, Episode, Track
-from baselines.evaluate import formats
-from baselines.evaluate.arms import Arm
+from baselines.evaluate.conditions import Arm
 from baselines.evaluate.report.figures import Colours
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
+from baselines.evaluate.tables import formats
+from baselines.rollout.episodes import TRACK_EVERY, Episode, Track
 
 RATE = 2.5
 """Poses a second that are kept, about; those between are interpolated."""

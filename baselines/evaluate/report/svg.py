@@ -11,7 +11,7 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from baselines import palette
+from baselines.evaluate.report import palette
 
 PX_PER_INCH, PT_PER_INCH = 96, 72
 DPI = 160

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from baselines.episodes import Episode
 from baselines.evaluate.results import Results
+from baselines.rollout.episodes import Episode
 
 SHOWN = 20
 """Broken episodes that are named."""

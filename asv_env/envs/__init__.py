@@ -1,0 +1,1 @@
+"""Adapters of the simulation to the interfaces of other libraries."""

@@ -1,0 +1,217 @@
+"""Face: a Gymnasium VectorEnv, many worlds, one agent for all boats of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from asv_env.checks import choice
+from asv_env.envs.common import (
+    RENDER_FPS,
+    RENDER_MODES,
+    Face,
+    ResetNeededError,
+    boat_spaces,
+    goal_option,
+    masked,
+    team_mean,
+)
+from asv_env.simulation import WORLDS_PER_SPACE
+from asv_env.types import Action, Bool, Float, Observation, TimeStep
+
+Infos = dict[str, Any]
+
+
+class AsvVectorEnv(Face, VectorEnv[Observation, Action, np.ndarray]):
+    """Many worlds at once: ``gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)``.
+
+    Observation (W, A, K) float32, action (W, A, 2) float32 in [-1, 1] (finite values outside
+    are clipped), reward (W,): the mean of the boats' rewards. It does what Gymnasium's
+    ``SyncVectorEnv`` of ``JointEnv`` does, to the bit with ``worlds_per_space=1``, many times
+    faster. Success and straying terminate, the time limit truncates.
+
+    Args:
+        num_envs: W.
+        task: "approach", "push" or "transport".
+        num_boats: A, 2 to 100; None takes the preset's.
+        scenario: what disturbs the worlds.
+        render_mode: None, "rgb_array" or "human", which shows world 0.
+        autoreset_mode: an ``AutoresetMode`` or its value. With NEXT_STEP the step after the end
+            of an episode ignores the world's action and begins the next one, with reward 0;
+            with SAME_STEP the last observation and info are in ``infos["final_obs"]`` and
+            ``infos["final_info"]``; with DISABLED use ``reset(options={"reset_mask": ...})``.
+        worlds_per_space: see ``Simulation``; with 1 results do not depend on the batch.
+        **options: see ``presets.make_params``.
+
+    Raises:
+        ValueError: an unknown name or a value out of range.
+        TypeError: an option of the wrong type.
+    """
+
+    metadata: dict[str, Any] = {
+        "render_modes": list(RENDER_MODES),
+        "render_fps": RENDER_FPS,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        task: str = "transport",
+        num_boats: int | None = None,
+        scenario: str = "nominal",
+        render_mode: str | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        worlds_per_space: int = WORLDS_PER_SPACE,
+        **options: Any,
+    ) -> None:
+        names = {"task": task, "num_boats": num_boats, "scenario": scenario}
+        if not isinstance(autoreset_mode, AutoresetMode):
+            known = [mode.value for mode in AutoresetMode]
+            autoreset_mode = AutoresetMode(choice("autoreset_mode", autoreset_mode, known))
+        self._mode = autoreset_mode
+        self._open(render_mode, {**names, **options}, num_envs, worlds_per_space)
+        self.metadata = self._metadata(autoreset_mode=autoreset_mode)
+        self.num_envs = num_envs
+        spaces = boat_spaces(self.params.num_boats)
+        self.single_observation_space, self.single_action_space = spaces
+        self.observation_space, self.action_space = (batch_space(s, num_envs) for s in spaces)
+        self._over = np.zeros(num_envs, dtype=np.bool_)
+        self._latest = np.zeros(self.observation_space.shape or (), dtype=np.float32)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observation, Infos]:
+        """Begins new episodes.
+
+        Args:
+            seed: of world 0, world i gets ``seed + i``; or one for each world; None goes on
+                with the worlds' Generators.
+            options: ``{"goal": [x m, y m, heading rad]}`` sets the goal of these episodes;
+                "reset_mask" (W,) bool says which worlds to reset; other keys are ignored with
+                a warning.
+
+        Returns:
+            Observations (W, A, K) of all worlds and empty infos.
+
+        Raises:
+            ValueError: bad seeds, goal or mask, or the environment is closed.
+            TypeError: options that are not a mapping.
+        """
+        self._check_open("reset")
+        goal = goal_option(options, others=["reset_mask"])
+        mask = self._mask((options or {}).get("reset_mask"))
+        seeds = self._seeds(seed)
+        some = [one for one, chosen in zip(seeds, mask, strict=True) if chosen]
+        self._latest[mask] = self.simulation.reset(mask, some, goal)
+        if isinstance(seed, int):
+            super().reset(seed=seed)
+        self._over[mask] = False
+        self._life = self._RUNNING
+        self._show()
+        return self._latest.copy(), {}
+
+    def step(self, actions: Action) -> tuple[Observation, Float, Bool, Bool, Infos]:
+        """Advances every world by one control step, or into its next episode.
+
+        Args:
+            actions: (W, A, 2).
+
+        Returns:
+            Observations (W, A, K), rewards (W,), terminated (W,), truncated (W,), infos.
+
+        Raises:
+            ValueError: a wrong shape, NaN or infinity; before a reset or after close, and
+                without autoreset after the end of an episode (``ResetNeededError``,
+                ``ClosedError``).
+        """
+        self._check_running("step")
+        resetting = self._over
+        if resetting.any():
+            actions = self._without(actions, resetting)
+        step = self.simulation.step(actions)
+        terminated = step.ending.terminated & ~resetting
+        truncated = step.ending.truncated & ~resetting
+        reward = np.where(resetting, 0.0, team_mean(step.reward))
+        over = terminated | truncated
+        same_step = self._mode is AutoresetMode.SAME_STEP
+        infos = self._infos(step, over, ~resetting, same_step)
+
+        observation = step.observation
+        fresh = over if same_step else resetting
+        if fresh.any():
+            observation[fresh] = self.simulation.reset(fresh)
+        self._over = over & (not same_step)
+        self._latest[...] = observation
+        self._show()
+        return observation, reward, terminated, truncated, infos
+
+    def render(self) -> tuple[Any, ...]:
+        """Frames (H, W, 3) uint8 of all worlds with "rgb_array"; with "human" world 0 shows."""
+        if self.render_mode == "human":
+            self._draw()
+            return (None,) * self.num_envs
+        return tuple(self._draw(world) for world in range(self.num_envs))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Closes the window, if there is one; the environment cannot be used any more."""
+        self._close()
+
+    def _without(self, actions: Action, resetting: Bool) -> Action:
+        """Actions that are 0 in the worlds whose next episode begins, whatever was given."""
+        if self._mode is AutoresetMode.DISABLED:
+            worlds = np.flatnonzero(resetting).tolist()
+            raise ResetNeededError(
+                f"step: the episodes of worlds {worlds} are over; call reset with "
+                "options={'reset_mask': ...} first"
+            )
+        actions = np.array(actions)
+        if actions.shape == self.action_space.shape:
+            actions[resetting] = 0.0
+        return actions
+
+    def _infos(self, step: TimeStep, over: Bool, stepped: Bool, same_step: bool) -> Infos:
+        terms = {name: team_mean(value) for name, value in step.terms.items()}
+        said = stepped & ~over if same_step else stepped
+        infos = masked({"reward_terms": terms}, said) if said.any() else {}
+        if not over.any():
+            return infos
+        summary = self.simulation.summary()
+        if not same_step:
+            return infos | masked(summary, over)
+        last = np.full(self.num_envs, None, dtype=object)
+        for world in np.flatnonzero(over):
+            last[world] = step.observation[world].copy()
+        final = masked({"reward_terms": terms, **summary}, over)
+        return infos | {
+            "final_obs": last,
+            "_final_obs": over.copy(),
+            "final_info": final,
+            "_final_info": over.copy(),
+        }
+
+    def _mask(self, mask: Any) -> Bool:
+        if mask is None:
+            return np.ones(self.num_envs, dtype=np.bool_)
+        mask = np.asarray(mask)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+            raise ValueError(
+                f"reset_mask = {mask!r}: must be bool of shape ({self.num_envs},) with a True in it"
+            )
+        return mask
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[Any]:
+        if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
+            if len(seed) != self.num_envs:
+                raise ValueError(f"{len(seed)} seeds for {self.num_envs} worlds: give one for each")
+            return list(seed)
+        if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
+            return [seed + world for world in range(self.num_envs)]
+        return [seed] * self.num_envs

@@ -1,0 +1,1 @@
+"""The motion of all hulls under motors, water and contact."""

@@ -1,0 +1,1 @@
+"""What the boats measure, and what learned policies and critics observe."""

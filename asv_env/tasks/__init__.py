@@ -1,0 +1,1 @@
+"""What is to be done: initial states, reward, termination, metrics."""

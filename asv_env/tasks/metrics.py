@@ -1,0 +1,137 @@
+"""What an episode amounts to: accumulated tick by tick from the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from asv_env.geometry import plane
+from asv_env.params import EnvParams
+from asv_env.tasks.formation import Relations
+from asv_env.types import Bool, Ending, Float, Int, State
+
+NEVER = -1
+
+
+@dataclass
+class Metrics:
+    """Tallies of the running episodes, by world.
+
+    Attributes:
+        closure_tick: (W,) tick at which closure was first formed; -1 not yet.
+        arrival_tick: (W, A) tick at which each boat first held its slot; -1 not yet.
+        closure_lost: (W,) times that closure, once formed, was lost.
+        min_position_error: (W,) smallest distance of the vessel to its goal, m.
+        heading_error_at_min: (W,) signed heading error at that instant, rad.
+        path_length: (W,) way of the vessel's centre, m.
+        effort: (W,) seconds of full thrust, averaged over all motors.
+        collisions: (W,) times that a boat began to touch another boat or a wall.
+        episode_return: (W,) sum of the boats' mean reward.
+    """
+
+    closure_tick: Int
+    arrival_tick: Int
+    closure_lost: Int
+    min_position_error: Float
+    heading_error_at_min: Float
+    path_length: Float
+    effort: Float
+    collisions: Int
+    episode_return: Float
+
+
+def fresh(relations: Relations, state: State) -> Metrics:
+    """Tallies at the start of episodes."""
+    worlds, team = relations.boat.shape
+    return Metrics(
+        closure_tick=np.where(state.closed, state.tick, NEVER),
+        arrival_tick=np.full((worlds, team), NEVER),
+        closure_lost=np.zeros(worlds, dtype=np.int64),
+        min_position_error=relations.goal_error.copy(),
+        heading_error_at_min=relations.heading_error.copy(),
+        path_length=np.zeros(worlds),
+        effort=np.zeros(worlds),
+        collisions=np.zeros(worlds, dtype=np.int64),
+        episode_return=np.zeros(worlds),
+    )
+
+
+def restart_errors(tally: Metrics, relations: Relations, index: np.ndarray) -> None:
+    """Forgets the errors of worlds ``index`` (n,) whose goal has become another one."""
+    tally.min_position_error[index] = relations.goal_error[index]
+    tally.heading_error_at_min[index] = relations.heading_error[index]
+
+
+def update(
+    tally: Metrics,
+    previous: State,
+    state: State,
+    relations: Relations,
+    holds: Bool,
+    reward: Float,
+    params: EnvParams,
+) -> None:
+    """Adds one control tick, in place.
+
+    Args:
+        tally: of the running episodes.
+        previous: state before the tick.
+        state: state after it.
+        relations: of the true motion after it.
+        holds: (W, A) whether each boat holds its slot.
+        reward: (W, A) of the tick.
+        params: the environment's.
+    """
+    if holds.any() or previous.closed.any():
+        _update_closure(tally, previous, state, holds)
+    nearer = relations.goal_error < tally.min_position_error
+    tally.min_position_error = np.minimum(relations.goal_error, tally.min_position_error)
+    tally.heading_error_at_min = np.where(
+        nearer, relations.heading_error, tally.heading_error_at_min
+    )
+    tally.path_length += np.abs(plane(state.motion[:, 0]) - plane(previous.motion[:, 0]))
+    full = params.boat.thrust * params.clock.control * state.thrust[0].size
+    tally.effort += np.add.reduce(np.abs(state.thrust), axis=(1, 2)) / full
+    bumps = state.touching[..., 1] > previous.touching[..., 1]
+    tally.collisions += np.add.reduce(bumps, axis=1)
+    tally.episode_return += np.add.reduce(reward, axis=1) / reward.shape[1]
+
+
+def _update_closure(tally: Metrics, previous: State, state: State, holds: Bool) -> None:
+    tick, closed = state.tick, state.closed
+    tally.closure_tick = np.where((tally.closure_tick < 0) & closed, tick, tally.closure_tick)
+    first = (tally.arrival_tick < 0) & holds
+    tally.arrival_tick = np.where(first, tick[:, None], tally.arrival_tick)
+    tally.closure_lost += previous.closed > closed
+
+
+def summary(
+    tally: Metrics, state: State, relations: Relations, ending: Ending, params: EnvParams
+) -> dict[str, Float | Bool]:
+    """What ``info`` says at the end of an episode, each (W,).
+
+    ``is_success``, errors (m, rad), times (s, NaN where the event never came) and tallies.
+    """
+    hz = params.clock.control
+    arrived = (tally.arrival_tick >= 0).all(axis=1)
+    spread = tally.arrival_tick.max(axis=1) - tally.arrival_tick.min(axis=1)
+    closed = tally.closure_tick >= 0
+    timed = {
+        "time_to_closure": np.where(closed, tally.closure_tick / hz, np.nan),
+        "closure_spread": np.where(arrived, spread / hz, np.nan),
+        "time_to_goal": np.where(ending.reached, state.tick / hz, np.nan),
+    }
+    tallied = {
+        f.name: getattr(tally, f.name)
+        for f in fields(tally)
+        if f.name not in ("closure_tick", "arrival_tick")
+    }
+    return {
+        "is_success": ending.reached,
+        "strayed": ending.strayed,
+        "position_error": relations.goal_error,
+        "heading_error": relations.heading_error,
+        **timed,
+        **tallied,
+    }

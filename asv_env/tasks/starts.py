@@ -1,0 +1,131 @@
+"""How episodes begin: initial poses, goals, variations and failures, drawn from one Generator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from asv_env.tasks import formation
+from asv_env.types import Complex, Float, Int, Start
+
+PUSH_GAP = 1e-3
+"""Gap between bow and vessel with which Push starts, m: no contact before the first step."""
+TRIES = 10_000
+
+
+def draw(params: EnvParams, rng: np.random.Generator, goal: Float | None = None) -> Start:
+    """The beginning of one episode.
+
+    The vessel lies at the origin with heading 0; in Push the boats are in their slots, else
+    all round it with random headings.
+
+    Args:
+        params: the environment's.
+        rng: the world's own Generator.
+        goal: (3,) goal pose that overrides the parameters', m, m, rad.
+
+    Raises:
+        ValueError: the boats do not fit into the start annulus, or no goal is allowed.
+    """
+    goal = _goal(params, rng) if goal is None else np.asarray(goal, dtype=np.float64)
+    side = _side(params, goal)
+    motion = np.zeros((1 + params.num_boats, 6))
+    if params.task.name == "push":
+        put_into_slots(motion, params, side)
+    else:
+        boats, headings = _scattered(params, rng)
+        motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
+    return Start(motion, goal, side, **_variation(params, rng))
+
+
+def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
+    """Places the boats in their slots, bows to the vessel, in place.
+
+    Args:
+        motion: (1 + B, 6) of the vessel, at the origin with heading 0, and the boats.
+        params: the environment's.
+        side: of the vessel on which they are, +1 or -1.
+    """
+    boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP
+    motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
+    motion[1:, 2] = -side * np.pi / 2
+
+
+def _goal(params: EnvParams, rng: np.random.Generator) -> Float:
+    """The fixed goal, or one uniform over the disc ring ``goal_distance``, any heading."""
+    if params.task.goal is not None:
+        return np.array(params.task.goal)
+    near, far = params.task.goal_distance
+    bound = _bound(params, params.vessel.length / 2)
+    for _ in range(TRIES):
+        x, y = rng.uniform(-far, far, 2)
+        if near <= np.hypot(x, y) <= far and max(abs(x), abs(y)) <= bound:
+            return np.array([x, y, rng.uniform(-np.pi, np.pi)])
+    raise ValueError(
+        f"no goal at {params.task.goal_distance!r} m from the origin lies within {bound:g} m "
+        "of it along both axes; bring `goal_distance` nearer or widen the basin"
+    )
+
+
+def _side(params: EnvParams, goal: Float) -> float:
+    if params.task.side == "goal":
+        # The team pushes towards -n from the +n side, so it takes the side away from the goal.
+        return 1.0 if goal[1] <= 0 else -1.0
+    return 1.0 if params.task.side == "+n" else -1.0
+
+
+def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Float]:
+    """Positions uniform over the start annulus, apart from each other, and any headings."""
+    near, far = params.task.start_distance
+    apart = params.task.start_spacing * params.boat.length
+    bound = _bound(params, params.boat.length)
+    boats = np.empty(0, dtype=np.complex128)
+    for _ in range(TRIES):
+        if len(boats) == params.num_boats:
+            return boats, rng.uniform(-np.pi, np.pi, params.num_boats)
+        radius = np.sqrt(rng.uniform(near**2, far**2))
+        angle = rng.uniform(-np.pi, np.pi)
+        candidate = radius * np.exp(1j * angle)
+        inside = max(abs(candidate.real), abs(candidate.imag)) <= bound
+        if inside and np.all(np.abs(boats - candidate) >= apart):
+            boats = np.append(boats, candidate)
+    raise ValueError(
+        f"{params.num_boats} boats {apart:.3g} m apart do not fit between {near:g} m and "
+        f"{far:g} m from the vessel; widen `start_distance` or lower `start_spacing`"
+    )
+
+
+def _bound(params: EnvParams, margin: float) -> float:
+    """How far from the origin something may be placed along each axis, m."""
+    walls = params.water.walls
+    return params.task.arena - margin if walls is None else walls - margin
+
+
+def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
+    """What differs from the nominal in this episode, by the names of ``Start``."""
+    spread, team = params.variation, params.num_boats
+
+    def gain(width: float, *shape: int) -> Float:
+        return 1.0 + rng.uniform(-width, width, shape)
+
+    def between(interval: tuple[float, float] | None, nominal: float) -> float:
+        return nominal if interval is None else float(rng.uniform(*interval))
+
+    return {
+        "thrust_gain": gain(spread.thrust, team, 2),
+        "lag": between(spread.lag, params.boat.lag),
+        "drag_gain": gain(spread.drag, 1 + team),
+        "mass_gain": gain(spread.mass, 1 + team),
+        "friction": between(spread.friction, params.water.contact_friction),
+        "failure_tick": _failures(params, rng),
+    }
+
+
+def _failures(params: EnvParams, rng: np.random.Generator) -> Int:
+    ticks = np.full(params.num_boats, -1)
+    failing = rng.choice(params.num_boats, size=params.variation.failures, replace=False)
+    times = rng.uniform(*params.variation.failure_time, size=len(failing))
+    ticks[failing] = np.maximum(1, np.round(times * params.clock.control))
+    return ticks

@@ -1,0 +1,91 @@
+"""The cards of the learned policies: how each was trained, from what its file says of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from baselines.evaluate.report.markdown import grid
+from baselines.evaluate.tables.formats import share
+from baselines.learned import network, phases, shipped
+from baselines.learned.network import About
+
+INTRODUCTION = """\
+# The learned policies
+
+`learned` in the comparison. The files hold numbers only and run without torch. This page is written
+by `python -m baselines.evaluate.publish` from what they say of themselves; how they do on the
+suites is in [docs/results](../../../docs/results/README.md), what they do differently and where
+they fail in [docs/shipped.md](../../../docs/shipped.md). `python -m train.recipe` makes such files.
+
+A *step* is a decision of a single boat. *Success* and *time* (median) are those of the last
+evaluation on development seeds, in the task of that training, noisy first; of many combinations of
+team and scenario, the median and the range. A file in the second column had no card: what is known
+of it is in [docs/training](../../../docs/training/README.md).
+"""
+MOST = 5
+"""Evaluations that are told one by one."""
+HEADS = (
+    *("training", "begins with", "scenarios", "boats", "steps", "minutes", "seeds of its worlds"),
+    *("success", "time [s]"),
+)
+
+
+def page(folder: Path) -> str:
+    """All cards of a folder, in Markdown."""
+    parts = [INTRODUCTION.strip()]
+    for file in sorted(folder.glob(f"*{network.SUFFIX}")):
+        tasks = [task for task, name in shipped.FILES.items() if name == file.name]
+        parts += [
+            f"## {file.name}",
+            f"For {' and '.join(task.capitalize() for task in tasks)}; "
+            f"{file.stat().st_size:,} bytes.",
+        ]
+        for about in networks(file):
+            parts.append(grid(HEADS, [_line(one) for one in trainings(about.card)], left=HEADS[:3]))
+    return "\n\n".join(parts) + "\n"
+
+
+def networks(file: Path) -> list[About]:
+    """What the networks of a policy file were made for.
+
+    Raises:
+        ValueError: it is not a policy file.
+    """
+    if phases.holds_several(file):
+        return [one.about for one in phases.read(file)[0]]
+    return [network.read(file)[1]]
+
+
+def trainings(card: dict[str, Any]) -> list[dict[str, Any]]:
+    """Cards of the trainings that led to a network, the first one first."""
+    before = card.get("began_with")
+    return [*(trainings(before) if before else []), card]
+
+
+def _line(card: dict[str, Any]) -> list[str]:
+    options, scores = card["options"], card["development"]
+    begins = "imitation of `scripted`" if options["imitation_rounds"] else "nothing"
+    if options["init_from"]:
+        begins = "the one above" if card.get("began_with") else f"`{options['init_from']}`"
+    first, last = card["training_seeds"]
+    return [
+        options["task"],
+        begins,
+        ", ".join(options["scenarios"]),
+        ", ".join(map(str, options["teams"])),
+        f"{card['timesteps'] / 1e6:.1f} M",
+        f"{scores[0]['seconds'] / 60:.0f}",
+        f"{first:,} to {last:,}",
+        _together([one["success"] for one in scores], share),
+        _together([one["median_time"] for one in scores], "{:.1f}".format),
+    ]
+
+
+def _together(values: Sequence[float], told: Callable[[float], str]) -> str:
+    """Values of some evaluations; of many, the median and the range."""
+    if len(values) <= MOST:
+        return ", ".join(map(told, values))
+    return f"{told(median(values))} ({told(min(values))} to {told(max(values))})"

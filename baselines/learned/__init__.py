@@ -1,0 +1,1 @@
+"""Learned policies: their files, and the networks that run them on NumPy."""

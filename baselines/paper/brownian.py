@@ -1,0 +1,116 @@
+"""The approach as a swarm of Brownian agents in polar coordinates: Eq (8).
+
+The printed equation lacks dt, and its claim of constant speed is false: S is the sum of the radial
+and the tangential speed, not their Euclidean norm, which falls to S / sqrt(2) on the way. With
+`unit_speed` both rates are divided by that norm. Either way the orbit is
+r ~ (1 - exp(-theta / sigma))^sigma, the spiral of Eq (4) only for sigma = 1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from asv_env.types import Float
+from baselines.paper.inputs import finite, not_negative, positive, senses
+from baselines.paper.spiral import angular_distance
+
+
+def drift(
+    r: ArrayLike,
+    alpha: ArrayLike,
+    direction: ArrayLike,
+    speed: ArrayLike,
+    sigma: ArrayLike,
+    unit_speed: bool = False,
+) -> tuple[Float, Float]:
+    """Rates of r and alpha without noise (Eq 8).
+
+    Args:
+        r: (...) m > 0, distance from the target.
+        alpha: (...) rad, direction in which the target sees the agent.
+        direction: (...) D, 0 clockwise or 1 counter-clockwise.
+        speed: (...) m/s.
+        sigma: (...) rad.
+        unit_speed: divide both rates so that the Euclidean speed is `speed`.
+
+    Returns:
+        dr/dt (...) m/s and dalpha/dt (...) rad/s.
+
+    Raises:
+        ValueError: r <= 0, sigma <= 0, a direction neither 0 nor 1, or a number not finite.
+    """
+    exponent = -angular_distance(alpha, np.pi / 2) / positive("sigma", sigma)
+    inwards, around = np.exp(exponent), -np.expm1(exponent)
+    pace = finite("speed", speed) / (np.hypot(inwards, around) if unit_speed else 1.0)
+    sign = 2 * senses("direction", direction) - 1
+    rates = np.broadcast_arrays(-pace * inwards, sign * pace * around / positive("r", r))
+    dr, dalpha = np.stack(rates)
+    return dr, dalpha
+
+
+def simulate(
+    r0: ArrayLike,
+    alpha0: ArrayLike,
+    speed: ArrayLike,
+    sigma: ArrayLike,
+    *,
+    duration: float,
+    dt: float,
+    rng: np.random.Generator,
+    noise_r: float = 0.0,
+    noise_alpha: float = 0.0,
+    stop_radius: float = 0.01,
+    unit_speed: bool = False,
+) -> tuple[Float, Float, Float]:
+    """Follow a swarm by the Euler-Maruyama scheme, with white noise on either or both variables.
+
+    An agent within stop_radius has arrived and stays. The sense D is the shorter way to pi/2 at
+    the start; above the target it is looked up anew each step, as an agent that noise carries
+    across pi/2 would otherwise be led once round.
+
+    Args:
+        r0: (...) m > 0.
+        alpha0: (...) rad.
+        speed: (...) m/s.
+        sigma: (...) rad.
+        duration: s, at least dt.
+        dt: s.
+        rng: source of the noise.
+        noise_r: m / sqrt(s), standard deviation of r after 1 s of noise alone.
+        noise_alpha: rad / sqrt(s), likewise of alpha.
+        stop_radius: m > 0.
+        unit_speed: see `drift`.
+
+    Returns:
+        Times (T,) s, and r (T, ...) m and alpha (T, ...) rad at them, the start included.
+
+    Raises:
+        ValueError: dt, stop_radius, sigma or r0 <= 0, duration < dt, negative noise, or a number
+            is not finite.
+    """
+    positive("stop_radius", stop_radius)
+    if not finite("duration", duration) >= positive("dt", dt):
+        raise ValueError(f"duration must be at least dt = {dt}, got {duration}")
+    spread_r = not_negative("noise_r", noise_r) * np.sqrt(dt)
+    spread_alpha = not_negative("noise_alpha", noise_alpha) * np.sqrt(dt)
+    r, alpha = positive("r0", r0), finite("alpha0", alpha0)
+    r, alpha, _, _ = np.broadcast_arrays(r, alpha, speed, sigma)
+    latched = _shorter_sense(alpha)
+    history = [(r, alpha)]
+    for _ in range(round(duration / dt)):
+        sense = np.where(np.sin(alpha) > 0, _shorter_sense(alpha), latched)
+        held = np.maximum(r, stop_radius)
+        dr, dalpha = drift(held, alpha, sense, speed, sigma, unit_speed)
+        step_r = dr * dt + spread_r * rng.standard_normal(r.shape)
+        step_alpha = dalpha * dt + spread_alpha * rng.standard_normal(r.shape)
+        moving = r > stop_radius
+        r = np.where(moving, np.maximum(r + step_r, 0.0), r)
+        alpha = np.where(moving, alpha + step_alpha, alpha)
+        history.append((r, alpha))
+    times = np.multiply(dt, np.arange(len(history)), dtype=np.float64)
+    return times, np.stack([h[0] for h in history]), np.stack([h[1] for h in history])
+
+
+def _shorter_sense(alpha: Float) -> NDArray[np.int_]:
+    return np.where(np.cos(alpha) >= 0, 1, 0)

@@ -1,0 +1,147 @@
+"""Figs. 3 and 4: the spiral and its heading field, and the swarm of Brownian agents."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from asv_env.params import TaskParams
+from asv_env.types import Float
+from baselines.evaluate.report import palette
+from baselines.paper import brownian
+from baselines.paper.braitenberg import desired_heading, direction
+from baselines.paper.spiral import (
+    angular_distance,
+    approach_speed,
+    arc_length,
+    asymptotic_radius,
+    bearing_offset,
+)
+from baselines.reproduce import drawing, style
+from baselines.reproduce.job import Job
+
+SIGMAS = ((1.0, r"$\sigma = 1$"), (np.sqrt(0.5), r"$\sigma^2 = 1/2$"))
+"""The paper's values, of its experiment and of its Fig. 4, rad."""
+SWARM = 10
+DURATION = 10.0
+"""Time over which Fig. 4 follows the swarm, s; the paper's T."""
+DT = 0.02
+ENSEMBLE = 1000
+"""Swarms in the ensemble with noise."""
+NOISE_R, NOISE_ALPHA = 0.02, 0.1
+"""Of the ensemble, m / sqrt(s) and rad / sqrt(s); the paper gives none."""
+
+
+def radius(theta: Float, sigma: float) -> Float:
+    """Radius of the spiral with r_pi = 1 (Eq 4).
+
+    Eq (5) gives r_pi for a radius; r_pi is proportional to it.
+    """
+    return 1.0 / asymptotic_radius(1.0, theta, sigma)
+
+
+def spiral_points(r0: float, theta0: float, sigma: float, sense: int) -> Float:
+    """Points (n, 2) of the spiral from (r0, theta0) to the target at the origin, m."""
+    theta = np.linspace(theta0, 0.0, drawing.STEPS)
+    r = radius(theta, sigma) * asymptotic_radius(r0, theta0, sigma)
+    alpha = np.pi / 2 - (2 * sense - 1) * theta
+    return np.stack([r * np.cos(alpha), r * np.sin(alpha)], axis=-1)
+
+
+def spiral(job: Job) -> Figure:
+    """The spiral of Eq. (4) and the field of headings.
+
+    (a) Radius of the spiral with r_pi = 1 over theta, the angle from the direction pi/2. (b)
+    Arrows: headings of Eqs. (2) and (3), the phase of the latter corrected, round a target at the
+    origin, sigma = 1; left of it D = 0 (clockwise), right of it D = 1. Lines: spirals of Eq. (4).
+    """
+    figure, (shape, field) = style.panels(
+        style.PAGE, 74.0, 1, 2, gridspec_kw={"width_ratios": (1.25, 1.0)}
+    )
+    theta = np.linspace(0.0, np.pi, drawing.STEPS)
+    for (sigma, label), colour in zip(SIGMAS, palette.SERIES, strict=False):
+        shape.plot(theta, radius(theta, sigma), color=colour, label=label)
+    shape.set(xlabel=r"$\theta$ (rad)", ylabel=r"$r / r_\pi$", xlim=(0, np.pi), ylim=(0, 1.05))
+    shape.set_xticks([0, np.pi / 2, np.pi], ["0", r"$\pi/2$", r"$\pi$"])
+    shape.legend(loc="lower right")
+    _draw_headings(field, SIGMAS[0][0])
+    for theta0 in (1.0, 2.0, 3.0):
+        for sense in (0, 1):
+            field.plot(*spiral_points(1.0, theta0, SIGMAS[0][0], sense).T, color=palette.BLUE)
+    drawing.crosses(field, (0.0, 0.0))
+    drawing.plane(field, labels=False)
+    field.set(xlabel="$x / r_0$", ylabel="$y / r_0$", xlim=(-1.2, 1.2), ylim=(-1.2, 1.2))
+    return figure
+
+
+def _draw_headings(axes: Axes, sigma: float) -> None:
+    grid = np.linspace(-1.1, 1.1, 14)
+    x, y = np.meshgrid(grid, grid)
+    alpha = np.arctan2(y, x)
+    heading = desired_heading(alpha, direction(x, 0.0), bearing_offset(alpha, sigma))
+    axes.quiver(
+        x, y, np.cos(heading), np.sin(heading), color=palette.GREY, pivot="mid",
+        scale=22.0, width=0.0035, headwidth=4.5,
+    )  # fmt: skip
+
+
+def swarm(job: Job) -> Figure:
+    """Brownian swarm of Eq. (8), N = 10, sigma^2 = 1/2, T = 10 s; the model alone, no hulls.
+
+    Speeds by Eq. (7) with T_goal = T. (a) Without noise: starts (open), positions after T
+    (filled), ways (solid) and the spirals of Eq. (4) from the same starts (dashed). Eq. (8) as
+    printed is slower than S, so that the agents are still on their way at T. (b, c) Positions of
+    1000 swarms from these starts, with white noise of 2 cm and 0.1 rad per square root of a
+    second on r and alpha, after T/2 and T.
+    """
+    figure, axes = style.panels(style.PAGE, 68.0, 1, 3, sharex=True, sharey=True)
+    rng = np.random.default_rng(job.seed)
+    near, far = TaskParams().start_distance
+    r0, alpha0 = rng.uniform(near, far, SWARM), rng.uniform(-np.pi, np.pi, SWARM)
+    sigma = float(SIGMAS[1][0])
+    theta0 = angular_distance(alpha0, np.pi / 2)
+    speed = approach_speed(arc_length(r0, theta0, sigma), DURATION)
+    settings: dict[str, Any] = {"duration": DURATION, "dt": DT, "rng": rng}
+    _, r, alpha = brownian.simulate(r0, alpha0, speed, sigma, **settings)
+    _draw_swarm(axes[0], r * np.exp(1j * alpha), sigma)
+
+    crowd = np.broadcast_to(r0, (ENSEMBLE, SWARM))
+    times, r, alpha = brownian.simulate(
+        crowd, alpha0, speed, sigma, noise_r=NOISE_R, noise_alpha=NOISE_ALPHA, **settings
+    )
+    norm = LogNorm(1, ENSEMBLE)
+    for panel, tick in zip(axes[1:], (len(times) // 2, len(times) - 1), strict=True):
+        where = (r[tick] * np.exp(1j * alpha[tick])).ravel()
+        bins = np.linspace(-1.6, 1.6, 81)
+        *_, cells = panel.hist2d(
+            where.real, where.imag, bins=[bins, bins], norm=norm, cmap=style.MAP, rasterized=True
+        )
+        panel.plot(
+            r0 * np.cos(alpha0), r0 * np.sin(alpha0), "o", mfc="none", mec=palette.GREY, ms=3
+        )
+        panel.text(0.04, 0.93, f"$t$ = {times[tick]:g} s", transform=panel.transAxes)
+    figure.colorbar(cells, ax=axes[2], label="agents per cell of 4 cm", shrink=0.8, pad=0.03)
+    for panel in axes:
+        drawing.plane(panel)
+        panel.label_outer()
+        drawing.crosses(panel, (0.0, 0.0))
+    return figure
+
+
+def _draw_swarm(axes: Axes, ways: np.ndarray, sigma: float) -> None:
+    """Ways (T, N) of agents, as complex numbers, and the spirals from their starts."""
+    for way, colour in zip(ways.T, style.boat_colours(ways.shape[1]), strict=True):
+        alpha = float(np.angle(way[0]))
+        theta = float(angular_distance(alpha, np.pi / 2))
+        sense = int(direction(way[0].real, 0.0))
+        axes.plot(
+            *spiral_points(abs(way[0]), theta, sigma, sense).T, "--", color=palette.GREY, lw=0.6
+        )
+        axes.plot(way.real, way.imag, color=colour)
+        axes.plot(way[0].real, way[0].imag, "o", mfc="white", mec=colour, ms=4)
+        axes.plot(way[-1].real, way[-1].imag, "o", color=colour, ms=4)
+    axes.set(xlim=(-1.6, 1.6), ylim=(-1.6, 1.6))

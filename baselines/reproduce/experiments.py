@@ -1,0 +1,63 @@
+"""The paper's worlds and policies, and the episodes that are run in them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from tqdm import tqdm
+
+from asv_env.params import EnvParams
+from asv_env.presets import make_params
+from asv_env.types import Float
+from baselines.policy import Policy
+from baselines.rollout import loop
+from baselines.rollout.episodes import TRACK_EVERY, Track
+
+MakePolicy = Callable[[EnvParams], Policy]
+WORLDS = 48
+"""Worlds side by side."""
+
+
+def experiment(task: str = "transport", scenario: str = "nominal", **options: Any) -> EnvParams:
+    """The tank experiment: four boats, tracked at 20 Hz, controlled at 10 Hz."""
+    return make_params(task, scenario=scenario, preset="experiment", **options)
+
+
+def simulation(task: str = "transport", num_boats: int = 10, **options: Any) -> EnvParams:
+    """The paper's numerical simulation, wheel speeds commanded at 50 Hz.
+
+    The goal is given from the pose at closure as in the experiment: alpha_1 = 1 suits the paper's
+    goal, and hardly any other, not even the same one from a vessel that the boats have nudged.
+    """
+    return make_params(
+        task,
+        num_boats,
+        preset="paper_simulation",
+        action_mode="thrusters",
+        goal_anchor="closure",
+        **options,
+    )
+
+
+def run(make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: str) -> list[Track]:
+    """Tracks of the episodes with these seeds, in their order, with a progress bar.
+
+    Args:
+        make_policy: from parameters to a policy.
+        params: of the environment.
+        seeds: one an episode.
+        what: is being run, for the bar.
+    """
+    running = loop.run(make_policy, params, seeds, WORLDS)
+    bar = tqdm(running, what, len(seeds), unit="episode", file=sys.stderr, leave=False, position=1)
+    return sorted(bar, key=lambda track: track.episode.seed)
+
+
+def before_closure(track: Track, params: EnvParams) -> Float:
+    """Poses (T, B, 3) of a track up to its first closure, or all where there is none."""
+    time = track.episode.time_to_closure
+    if time is None:
+        return track.poses
+    return track.poses[: 1 + round(time * params.clock.control / TRACK_EVERY)]

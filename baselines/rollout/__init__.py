@@ -1,0 +1,1 @@
+"""One loop that runs policies in worlds, and what an episode leaves."""

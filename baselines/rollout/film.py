@@ -1,0 +1,62 @@
+"""Films of episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from asv_env.render import video
+from asv_env.render.viewer import Frame, Viewer
+from asv_env.simulation import Simulation
+from baselines.policy import Policy
+
+EVERY = 4
+"""Control ticks between two frames."""
+FPS = 20
+SIZE = (480, 480)
+LAST = 30
+"""Times that the last frame is shown."""
+
+
+def save(
+    path: Path, make_policy: Callable[[EnvParams], Policy], params: EnvParams, seed: int
+) -> None:
+    """Films one episode, to GIF or MP4 by the path's ending; replaces the file.
+
+    Args:
+        path: ends in ".gif" or ".mp4".
+        make_policy: from parameters to a policy.
+        params: of the environment.
+        seed: of the episode; it is the one that ``runner.run`` counts under this seed.
+
+    Raises:
+        ValueError: an unknown ending.
+    """
+    video.save(frames(make_policy, params, seed), path, FPS, overwrite=True)
+
+
+def frames(
+    make_policy: Callable[[EnvParams], Policy], params: EnvParams, seed: int
+) -> Iterator[Frame]:
+    """Frames (height, width, 3) uint8 of one episode."""
+    simulation, policy = Simulation(params), make_policy(params)
+    viewer = Viewer(params, size=SIZE)
+    observation, memory, fresh = simulation.reset(seeds=[seed]), None, np.ones(1, dtype=np.bool_)
+    over = False
+    while not over:
+        if simulation.state.tick[0] % EVERY == 0:
+            yield _frame(viewer, simulation)
+        action, memory = policy.act(simulation.sensed, observation, memory, fresh)
+        step = simulation.step(action)
+        observation, fresh = step.observation, np.zeros(1, dtype=np.bool_)
+        over = bool(step.ending.terminated[0] or step.ending.truncated[0])
+    yield from [_frame(viewer, simulation)] * LAST
+
+
+def _frame(viewer: Viewer, simulation: Simulation) -> Frame:
+    frame = viewer.draw(simulation.state)
+    assert frame is not None
+    return frame

@@ -1,0 +1,5 @@
+"""The strong scripted policy."""
+
+from baselines.scripted.scripted_policy import ScriptedPolicy
+
+__all__ = ["ScriptedPolicy"]

@@ -1,0 +1,1 @@
+"""The engine rllib: PPO of Ray RLlib."""

@@ -1,0 +1,1 @@
+"""The engine sb3: PPO of stable-baselines3."""

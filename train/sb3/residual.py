@@ -1,0 +1,45 @@
+"""Worlds in which the scripted policy acts and the learner corrects it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from asv_env.envs.sb3 import BoatVecEnv, Seen
+from asv_env.types import Action, Bool, Observation
+from baselines.scripted.scripted_policy import ScriptedPolicy
+
+
+class CorrectedVecEnv(BoatVecEnv):
+    """A ``BoatVecEnv`` whose actions are added to those of the scripted policy.
+
+    Args:
+        *args: see ``BoatVecEnv``.
+        share: of a full action that a correction of 1 amounts to.
+        **options: see ``BoatVecEnv``.
+    """
+
+    def __init__(self, *args: Any, share: float, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._share, self._script = share, ScriptedPolicy(self.params)
+        self._memory: Any = None
+        self._fresh = np.ones(self.num_worlds, dtype=np.bool_)
+
+    def reset(self) -> Seen:
+        """See ``BoatVecEnv.reset``."""
+        self._fresh[...] = True
+        return super().reset()
+
+    def step_async(self, actions: Action) -> None:
+        """Takes the corrections (W A, 2) of the next step."""
+        sensed = self.simulation.sensed
+        unseen = np.empty(0, dtype=np.float32)  # It reads what is sensed.
+        script, self._memory = self._script.act(sensed, unseen, self._memory, self._fresh)
+        super().step_async(script.reshape(-1, 2) + self._share * np.asarray(actions))
+
+    def step_wait(self) -> tuple[Seen, Observation, Bool, list[dict[str, Any]]]:
+        """See ``BoatVecEnv.step_wait``."""
+        seen, reward, done, infos = super().step_wait()
+        self._fresh = done.reshape(self.num_worlds, -1)[:, 0].copy()
+        return seen, reward, done, infos
