@@ -21,9 +21,9 @@ from asv_env.types import (
     Bool,
     Ending,
     Float,
+    InitialState,
     Observation,
     Sensed,
-    Start,
     State,
     TimeStep,
     copied,
@@ -34,7 +34,7 @@ from asv_env.types import (
 WORLDS_PER_SPACE = 128
 LOSING = 2.0
 """Closure, once formed, is lost when a boat is this many slot tolerances away from its slot."""
-Draw = Callable[[EnvParams, np.random.Generator, Float | None], Start]
+InitialStates = Callable[[EnvParams, np.random.Generator, Float | None], InitialState]
 """How an episode begins: from parameters, the world's Generator and a goal that is given."""
 
 
@@ -50,7 +50,7 @@ class Simulation:
         num_worlds: W.
         worlds_per_space: how many worlds share a Pymunk Space. 128 is fastest; with 1 every
             world computes at the origin and its results do not depend on the batch.
-        draw: how episodes begin; another one than ``starts.draw`` makes a curriculum. The
+        initial_states: how episodes begin; another one than ``starts.sample`` makes a curriculum. The
             side from which is pushed and the closure at the start are those of the task.
 
     Attributes:
@@ -70,14 +70,14 @@ class Simulation:
         params: EnvParams,
         num_worlds: int = 1,
         worlds_per_space: int = WORLDS_PER_SPACE,
-        draw: Draw = starts.draw,
+        initial_states: InitialStates = starts.sample,
     ) -> None:
         for name, value in (("num_worlds", num_worlds), ("worlds_per_space", worlds_per_space)):
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
                 raise ValueError(f"{name} = {value!r}: must be a whole number of at least 1")
         self.params = params
         self.num_worlds = num_worlds
-        self._draw = draw
+        self._initial_states = initial_states
         self._dynamics = Dynamics(params, num_worlds, worlds_per_space)
         self._sensors = Sensors(params, num_worlds)
         self._rngs: dict[int, np.random.Generator] = {}
@@ -172,7 +172,7 @@ class Simulation:
     def _begin(self, world: int, goal: Float | None) -> None:
         """Places one world at the start of an episode."""
         state, task = self.state, self.params.task
-        start = self._draw(self.params, self._rngs[world], goal)
+        start = self._initial_states(self.params, self._rngs[world], goal)
         self._dynamics.place(world, start)
         self._failure_tick[world] = start.failure_tick
         self._relative_goal[world] = start.goal

@@ -95,8 +95,8 @@ class Sensed:
 
 
 @dataclass
-class Start:
-    """How one world begins: drawn by ``scenarios.draw``, placed by the simulation.
+class InitialState:
+    """How one world begins: sampled by ``tasks.starts``, placed by the simulation.
 
     Attributes:
         motion: (B, 6) initial motion.

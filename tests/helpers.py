@@ -81,13 +81,13 @@ class World:
 
 
 def begin_at(sim, motions, mask=None, **start):
-    """Resets a simulation's worlds to given motions (n, B, 6), with other fields of ``Start``."""
-    draw, waiting = starts.draw, iter(motions)
+    """Resets a simulation's worlds to given motions (n, B, 6), with other fields of ``InitialState``."""
+    draw, waiting = starts.sample, iter(motions)
 
     def drawn(params, rng, goal=None):
         return replace(draw(params, rng, goal), motion=np.array(next(waiting)), **start)
 
-    with mock.patch.object(sim, "_draw", drawn):
+    with mock.patch.object(sim, "_initial_states", drawn):
         return sim.reset(mask, seeds=[0] * len(motions))
 
 

@@ -48,7 +48,7 @@ def test_policies_are_added(folder):
         assert all(row in rows for row in [*old, *new])
     summary = json.loads((folder / "published/summary.json").read_text())
     assert list(summary["policies"]) == ["idle", "random"]
-    assert set(summary["arms"]["noisy"]["policies"]) == {"idle", "random"}
+    assert set(summary["conditions"]["noisy"]["policies"]) == {"idle", "random"}
     assert summary["added"]["random"]["suite"] == "plane-v1"
     assert "random" in (folder / "published/report.md").read_text()
 

@@ -53,5 +53,5 @@ def test_a_push_with_drag_from_the_start_is_slower_by_a_little(peak):
 def test_nobody_is_faster():
     seeds = range(10**8, 10**8 + 8)
     for track in run(ScriptedPolicy, PARAMS, seeds, 8):
-        start = starts.draw(PARAMS, np.random.default_rng(track.episode.seed))
+        start = starts.sample(PARAMS, np.random.default_rng(track.episode.seed))
         assert track.episode.duration > bound.least_time(PARAMS, start)

@@ -27,7 +27,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 
 import asv_env
 from asv_env.envs.sb3 import BoatVecEnv
-from asv_env.sensing.global_state import overview, overview_bound, overview_size
+from asv_env.sensing.global_state import global_state, global_state_bound, global_state_size
 
 TASKS = asv_env.TASKS
 TEAMS = (2, 4, 10)
@@ -196,7 +196,7 @@ def test_state(task: str, num_boats: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         state_test(parallel_to_aec(asv_env.parallel_env(task, num_boats)), env, num_cycles=20)
-    assert env.state_space.shape == (overview_size(num_boats),)
+    assert env.state_space.shape == (global_state_size(num_boats),)
     assert env.state().dtype == np.float32
 
 
@@ -208,8 +208,8 @@ def test_the_state_stays_within_its_bounds(scenario: str) -> None:
     rng = np.random.default_rng(0)
     for _ in range(50):
         step = simulation.step(rng.uniform(-1, 1, (8, 10, 2)))
-        view = overview(simulation.state, params)
-        assert (np.abs(view) <= overview_bound(10)).all()
+        view = global_state(simulation.state, params)
+        assert (np.abs(view) <= global_state_bound(10)).all()
         over = step.ending.terminated | step.ending.truncated
         if over.any():
             simulation.reset(over)

@@ -14,9 +14,9 @@ from helpers import SEEN
 from asv_env import make_params
 from baselines import evaluate
 from baselines.evaluate import options
-from baselines.evaluate.conditions import Arm
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.policy_sources import Source
-from baselines.evaluate.results import read_csv
+from baselines.evaluate.results import HEADS, read_csv
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.suites import SUITES
@@ -25,7 +25,7 @@ from baselines.evaluate.workers import run as run_jobs
 from baselines.learned import network
 from baselines.policy import Idle
 from baselines.rollout import film, loop, trajectories
-from baselines.rollout.episodes import COLUMNS, Label
+from baselines.rollout.episodes import Label
 
 EPISODES = 40
 """Of a run that is killed again and again."""
@@ -103,7 +103,7 @@ def test_every_policy_meets_the_same_seeds_in_order(results):
 
 
 def test_columns_are_empty_where_they_do_not_apply(results):
-    assert (results / "episodes.csv").read_text().splitlines()[0] == ",".join(COLUMNS)
+    assert (results / "episodes.csv").read_text().splitlines()[0] == ",".join(HEADS)
     idle = next(row for row in rows(results) if row.policy == "idle")
     assert not idle.success
     assert idle.cause == "never near"
@@ -118,17 +118,17 @@ def test_columns_are_empty_where_they_do_not_apply(results):
 
 
 def test_summary_agrees_with_the_rows(results):
-    (arm,) = json.loads((results / "summary.json").read_text())["arms"].values()
+    (condition,) = json.loads((results / "summary.json").read_text())["conditions"].values()
     for name in ("scripted", "idle"):
         own = [row for row in rows(results) if row.policy == name]
-        summary = arm["policies"][name]
+        summary = condition["policies"][name]
         assert summary["success"]["value"] == np.mean([row.success for row in own])
         assert summary["causes"] == ({"never near": 3} if name == "idle" else {})
         mean = np.mean([row.effort for row in own])
         assert summary["effort"]["mean"]["value"] == pytest.approx(mean)
         errors = np.abs([row.heading_error for row in own])
         assert summary["heading_error"]["median"] == pytest.approx(np.median(errors))
-    compared = arm["comparisons"]["idle"]
+    compared = condition["comparisons"]["idle"]
     assert compared["success"]["value"] == -1.0
     assert compared["improvement"]["value"] == 0.0
     assert compared["mcnemar"] == pytest.approx(0.25)  # three of three: 2 / 2^3
@@ -243,11 +243,11 @@ def stored(folder):
 
 
 def test_episodes_do_not_depend_on_batch_or_workers(network_file, sb3_file):
-    arm = Arm("short", task="push", scenario="harsh", options={"time_limit": 1.0})
+    condition = Condition("short", task="push", scenario="harsh", options={"time_limit": 1.0})
 
     def episodes_of(num_envs, workers, words):
         jobs = [
-            job(arm, word, seeds, num_envs)
+            job(condition, word, seeds, num_envs)
             for word in words
             for seeds in (range(64), range(64, 70))
         ]
@@ -262,9 +262,9 @@ def test_episodes_do_not_depend_on_batch_or_workers(network_file, sb3_file):
     assert episodes_of(64, 2, words) == alone
 
 
-def job(arm, word, seeds, num_envs=1):
-    source, series = Source(word), Series(arm.name, word, 0)
-    return Job(series, arm, source, source.fingerprint(), Label(word), tuple(seeds), num_envs)
+def job(condition, word, seeds, num_envs=1):
+    source, series = Source(word), Series(condition.name, word, 0)
+    return Job(series, condition, source, source.fingerprint(), Label(word), tuple(seeds), num_envs)
 
 
 @pytest.fixture
@@ -275,20 +275,20 @@ def mine(monkeypatch):
 
 @pytest.mark.usefixtures("mine")
 def test_a_worker_that_dies_is_noticed():
-    arm = Arm("short", task="push", options={"time_limit": 1.0})
+    condition = Condition("short", task="push", options={"time_limit": 1.0})
     source = Source("broken_policies:Dies")
     dying = Job(
-        Series("short", "Dies", 0), arm, source, source.fingerprint(), Label("Dies"), (0,), 1
+        Series("short", "Dies", 0), condition, source, source.fingerprint(), Label("Dies"), (0,), 1
     )
     with pytest.raises(WorkerError, match="exit code -9"):
         list(run_jobs([dying], 1))
 
 
 def test_a_policy_that_changes_meanwhile_is_not_mixed(network_file, other_network_file, tmp_path):
-    arm = Arm("short", task="push", options={"time_limit": 1.0})
+    condition = Condition("short", task="push", options={"time_limit": 1.0})
     file = tmp_path / "best.npz"
     file.write_bytes(network_file.read_bytes())
-    begun = job(arm, str(file), (0,))
+    begun = job(condition, str(file), (0,))
     file.write_bytes(other_network_file.read_bytes())
     with pytest.raises(WorkerError, match=r"best\.npz has changed since the run began"):
         list(run_jobs([begun], 1))
@@ -362,9 +362,9 @@ def test_several_trainings_are_one_policy(tmp_path, network_file, other_network_
     assert [(row.training_seed, row.seed) for row in net] == [
         (k, s) for k in (0, 1) for s in range(3)
     ]
-    (arm,) = json.loads((tmp_path / "summary.json").read_text())["arms"].values()
-    assert arm["policies"]["net"]["trainings"] == 2
-    assert arm["comparisons"]["net"]["mcnemar"] is None
+    (condition,) = json.loads((tmp_path / "summary.json").read_text())["conditions"].values()
+    assert condition["policies"]["net"]["trainings"] == 2
+    assert condition["comparisons"]["net"]["mcnemar"] is None
 
 
 def test_another_policy_under_a_known_name_is_noticed(
@@ -482,15 +482,15 @@ def test_a_suite_is_run_arm_by_arm(tmp_path):
     run("--suite", "quick-v1", "--task", "push", "--episodes", 2, "--policies", "idle",
         "--workers", 0, "--out", tmp_path)  # fmt: skip
     suite = SUITES["quick-v1"]
-    assert [(row.arm, row.seed) for row in rows(tmp_path)] == [
-        (arm.name, seed) for arm in suite.arms for seed in suite.seeds[:2]
+    assert [(row.condition, row.seed) for row in rows(tmp_path)] == [
+        (condition.name, seed) for condition in suite.conditions for seed in suite.seeds[:2]
     ]
 
 
 def test_a_sweep_is_a_suite_of_ones_own(tmp_path):
     run(*SHORT, "--policies", "idle", "--scenario", "nominal", "gyre", "--num-boats", 2, 3,
         "--episodes", 1, "--out", tmp_path)  # fmt: skip
-    assert [(row.arm, row.num_boats, row.scenario) for row in rows(tmp_path)] == [
+    assert [(row.condition, row.num_boats, row.scenario) for row in rows(tmp_path)] == [
         (f"{boats} boats, {scenario}", boats, scenario)
         for scenario in ("nominal", "gyre")
         for boats in (2, 3)
@@ -532,7 +532,7 @@ def test_bad_options_are_refused_before_anything_runs(arguments, message, tmp_pa
 def test_trajectories_tell_the_episodes_anew(tmp_path):
     run(*SHORT, "--policies", "random", "--scenario", "noisy", "--record", "--out", tmp_path)
     for row in rows(tmp_path):
-        folder = trajectories.folder(tmp_path, row.arm, row.policy, None)
+        folder = trajectories.folder(tmp_path, row.condition, row.policy, None)
         trajectory, about = trajectories.load(trajectories.path(folder, row.seed))
         steps = len(trajectory.action)
         assert steps == round(row.duration * about["control_rate"])

@@ -19,11 +19,11 @@ PUBLISHED = sorted(path.parent.name for path in RESULTS.glob("*/episodes.csv"))
 SUITE = SUITES["plane-v1"]
 
 
-def row(arm, seed, policy="one", **changes):
-    """An episode of a suite's arm, made up."""
+def row(condition, seed, policy="one", **changes):
+    """An episode of a suite's condition, made up."""
     values = {
-        "seed": seed, "policy": policy, "training_seed": None, "arm": arm.name, "task": arm.task,
-        "scenario": arm.scenario, "num_boats": 4, "success": True, "cause": None, "goal_x": 0.1,
+        "seed": seed, "policy": policy, "training_seed": None, "condition": condition.name, "task": condition.task,
+        "scenario": condition.scenario, "num_boats": 4, "success": True, "cause": None, "goal_x": 0.1,
         "goal_y": -1 / 3, "goal_heading": None, "position_error": 1e-17, "heading_error": -0.1,
         "min_position_error": 0.01, "heading_error_at_min": 0.02, "time_to_closure": None,
         "closure_spread": None, "time_to_goal": 70.1, "duration": 70.1, "path_length_ratio": 1.5,
@@ -35,7 +35,9 @@ def row(arm, seed, policy="one", **changes):
 
 def all_rows(policy="one", episodes=3, **changes):
     seeds = SUITE.seeds[:episodes]
-    return [row(arm, seed, policy, **changes) for arm in SUITE.arms for seed in seeds]
+    return [
+        row(condition, seed, policy, **changes) for condition in SUITE.conditions for seed in seeds
+    ]
 
 
 # ---------------------------------------------------------------- rows
@@ -74,11 +76,11 @@ def test_rows_in_any_order_make_the_same_results():
         ([replace(one, seed=one.seed - 5) for one in all_rows()], "seeds are not the first ones"),
         (all_rows(task="push"), "not an episode of plane-v1"),
         (all_rows(num_boats=5), "not an episode of plane-v1"),
-        ([one for one in all_rows() if one.arm == "noisy"], "not all arms"),
-        ([*all_rows(), row(replace(SUITE.arms[0], name="more"), 0)], "not all arms"),
+        ([one for one in all_rows() if one.condition == "noisy"], "not all conditions"),
+        ([*all_rows(), row(replace(SUITE.conditions[0], name="more"), 0)], "not all conditions"),
         (
-            [*all_rows(episodes=1), row(SUITE.arms[0], SUITE.seed, training_seed=1)],
-            "not all arms",
+            [*all_rows(episodes=1), row(SUITE.conditions[0], SUITE.seed, training_seed=1)],
+            "not all conditions",
         ),
     ],
 )
@@ -110,9 +112,9 @@ def test_pages_say_what_the_rows_do(folder):
     assert page.startswith("before\n")
     assert page.endswith("after\n")
     assert "| `plane-v1` | 2 × 3 | 100.0% (worst: nominal, 100.0%) | 0.0% (worst:" in page
-    arms = (folder / "README.md").read_text(encoding="utf-8")
-    assert "| one | 100.0% [43.9, 100.0] |" in arms
-    assert "| two | 0.0% [0.0, 56.1] | −100.0 [" in arms
+    conditions = (folder / "README.md").read_text(encoding="utf-8")
+    assert "| one | 100.0% [43.9, 100.0] |" in conditions
+    assert "| two | 0.0% [0.0, 56.1] | −100.0 [" in conditions
 
 
 def test_stale_pages_are_named_and_left_alone(folder):
@@ -145,11 +147,11 @@ def test_the_published_summary_is_that_of_the_published_rows(name):
     results = of_rows(SUITES[name], read_csv(RESULTS / name / "episodes.csv"))
     assert summary["origin"]["set of episodes"] == SUITES[name].digest()
     assert summary["episodes"] == results.suite.episodes
-    for arm in results.suite.arms:
+    for condition in results.suite.conditions:
         for policy in results.policies:
-            told = summary["arms"][arm.name]["policies"][policy]
-            assert told["success"]["value"] == results.success(arm.name, policy).mean()
-            distance = results.column(arm.name, policy, "min_position_error")
+            told = summary["conditions"][condition.name]["policies"][policy]
+            assert told["success"]["value"] == results.success(condition.name, policy).mean()
+            distance = results.column(condition.name, policy, "min_position_error")
             assert told["min_position_error"]["median"] == np.median(distance)
 
 

@@ -14,13 +14,20 @@ import pytest
 
 from asv_env.render import scene
 from baselines.evaluate import report
-from baselines.evaluate.conditions import Arm, Suite
+from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.report import charts, figures, maps, replay, svg
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.summary import summarise
 from baselines.evaluate.tables import formats, table
-from baselines.rollout.episodes import CAUSES, COLUMNS, NOT_OF_APPROACH, NOT_OF_PUSH, Episode, Track
+from baselines.rollout.episodes import (
+    CAUSES,
+    COLUMNS,
+    NOT_OF_APPROACH,
+    NOT_OF_PUSH,
+    Episode,
+    PoseLog,
+)
 
 CHROMIUM, DRIVER = "/usr/bin/chromium", "/usr/bin/chromedriver"
 ODD = "learned </script> & |$more$|"
@@ -28,8 +35,8 @@ SUITE = Suite(
     "tried-v1",
     "Episodes that were never run.",
     (
-        Arm("calm", "goals over the plane"),
-        Arm("rough & <windy>", "the same, scenario `noisy`", "calm", scenario="noisy"),
+        Condition("calm", "goals over the plane"),
+        Condition("rough & <windy>", "the same, scenario `noisy`", "calm", scenario="noisy"),
     ),
     seed=10,
     episodes=8,
@@ -43,7 +50,7 @@ DIES = 1  # boat whose thrusters die, in all episodes, after
 DEATH = 6.0  # s
 
 
-def invented_row(arm, policy, training, seed, share):
+def invented_row(condition, policy, training, seed, share):
     rng = np.random.default_rng([seed, len(policy), training or 0])
     broken = policy != "scripted" and seed % 5 == 0
     success = not broken and bool(rng.random() < share)
@@ -54,10 +61,10 @@ def invented_row(arm, policy, training, seed, share):
         "seed": seed,
         "policy": policy,
         "training_seed": training,
-        "arm": arm.name,
-        "task": arm.task,
-        "scenario": arm.scenario,
-        "num_boats": arm.params.num_boats,
+        "condition": condition.name,
+        "task": condition.task,
+        "scenario": condition.scenario,
+        "num_boats": condition.params.num_boats,
         "success": success,
         "cause": None if success else cause,
         "goal_x": rng.uniform(-1, 1),
@@ -73,7 +80,9 @@ def invented_row(arm, policy, training, seed, share):
         "closure_lost": 0,
         "error": "ValueError: <no> | use" if broken else None,
     }
-    values |= dict.fromkeys({"approach": NOT_OF_APPROACH, "push": NOT_OF_PUSH}.get(arm.task, ()))
+    values |= dict.fromkeys(
+        {"approach": NOT_OF_APPROACH, "push": NOT_OF_PUSH}.get(condition.task, ())
+    )
     return Episode(**values)
 
 
@@ -95,20 +104,20 @@ def invented_track(row):
     failed = np.full(row.num_boats, np.inf)
     failed[DIES] = DEATH
     goal = np.array([row.goal_x or 0.0, row.goal_y or 0.0, 0.3])
-    return Track(row, poses, goal, failed)
+    return PoseLog(row, poses, goal, failed)
 
 
 def invented(folder, suite=SUITE, policies=POLICIES, replays=3):
     """A report on invented episodes, and all that it was made from."""
     rows = {
-        (arm.name, name): [
+        (condition.name, name): [
             [
-                invented_row(arm, name, number if len(prints) > 1 else None, seed, share)
+                invented_row(condition, name, number if len(prints) > 1 else None, seed, share)
                 for seed in suite.seeds
             ]
             for number in range(len(prints))
         ]
-        for arm in suite.arms
+        for condition in suite.conditions
         for name, (prints, share) in policies.items()
     }
     results = Results(suite, tuple(policies), rows)
@@ -119,10 +128,10 @@ def invented(folder, suite=SUITE, policies=POLICIES, replays=3):
         "set of libraries": {"numpy": "2.0"},
     }
     store = Store(folder, {}, prints, replace=False)
-    for (arm, policy), trainings in rows.items():
+    for (condition, policy), trainings in rows.items():
         for number, training in enumerate(trainings):
             for row in training:
-                store.add(Series(arm, policy, number), invented_track(row))
+                store.add(Series(condition, policy, number), invented_track(row))
     summary = {
         "suite": suite.name,
         "about": suite.about,
@@ -180,7 +189,7 @@ class Page(html.parser.HTMLParser):
         if "td" in tags or "th" in tags:
             self.cells[-1] += text
         elif tags and tags[-1] == "script" and "type" in self.open[-1][1]:
-            self.data[self.open[-1][1].get("data-arm", "world")] = json.loads(text)
+            self.data[self.open[-1][1].get("data-condition", "world")] = json.loads(text)
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +200,7 @@ def page(made):
 def tables(summary):
     yield from (table.results(summary), table.measures(summary), table.comparisons(summary))
     yield table.controls(summary)
-    yield from (table.of_arm(summary, arm) for arm in summary["arms"])
+    yield from (table.of_condition(summary, condition) for condition in summary["conditions"])
 
 
 # What the page is made of
@@ -210,7 +219,7 @@ def test_names_in_the_page_are_unique_and_all_links_lead_somewhere(page):
 
 def test_every_figure_is_described(page):
     drawings = [found for tag, found in page.tags if tag == "svg" and found.get("role") == "img"]
-    assert len(drawings) == 1 + 2 * 6  # the overview, and six of each arm
+    assert len(drawings) == 1 + 2 * 6  # the overview, and six of each condition
     assert all(found["aria-label"] for found in drawings)
 
 
@@ -219,7 +228,10 @@ def test_page_and_twin_hold_all_cells_of_all_tables(made, page):
     for one in tables(made.summary):
         for row in one.rows:
             for column, cell in zip(one.columns, row, strict=True):
-                if column.head not in ("arm", "control"):  # which stand once for several lines
+                if column.head not in (
+                    "condition",
+                    "control",
+                ):  # which stand once for several lines
                     assert cell in shown, cell
             line = " | ".join(cell.replace("|", "\\|") for cell in row)
             assert f"| {line} |\n" in made.markdown
@@ -254,7 +266,7 @@ def test_broken_episodes_are_named(made, page):
     assert {row.policy for row in broken} == {ODD, "random"}
     for row in broken:
         number = "" if row.training_seed is None else f", training {row.training_seed}"
-        line = f"{row.policy}{number}, {row.arm}, seed {row.seed}: ValueError: <no> | use"
+        line = f"{row.policy}{number}, {row.condition}, seed {row.seed}: ValueError: <no> | use"
         assert line in page.text
         assert line in made.markdown
 
@@ -286,7 +298,9 @@ def test_numbers_are_written_alike_everywhere(text, wanted):
     ("task", "share"), [("approach", 1.0), ("push", 0.0), ("transport", 0.0), ("transport", 1.0)]
 )
 def test_one_episode_of_one_policy_is_enough(task, share, tmp_path):
-    suite = Suite("one-v1", "A single episode.", (Arm("only", task=task),), seed=3, episodes=1)
+    suite = Suite(
+        "one-v1", "A single episode.", (Condition("only", task=task),), seed=3, episodes=1
+    )
     made = invented(tmp_path, suite, {"own": (["aabbccddeeff0011"], share)})
     found = Page(made.html)
     assert found.data["only"]["seeds"] == [3]
@@ -297,20 +311,20 @@ def test_one_episode_of_one_policy_is_enough(task, share, tmp_path):
 
 def test_report_stands_without_a_replay(tmp_path):
     made = invented(tmp_path, replays=0)
-    assert "0 of 8 episodes of an arm" in made.html
+    assert "0 of 8 episodes of a condition" in made.html
     assert 'class="watch"' not in made.html
 
 
 def test_goals_are_drawn_only_where_they_differ(made):
-    arm = Arm("fixed", options={"goal": (0.5, -0.9, 0.1)})
+    condition = Condition("fixed", options={"goal": (0.5, -0.9, 0.1)})
     with svg.look():
-        names = [chart.name for chart in charts.of_arm(made.results, SUITE.arms[0], {})]
+        names = [chart.name for chart in charts.of_condition(made.results, SUITE.conditions[0], {})]
         results = Results(
             SUITE,
             made.results.policies,
             {("fixed", p): made.results.rows["calm", p] for p in made.results.policies},
         )
-        fixed = [chart.name for chart in charts.of_arm(results, arm, {})]
+        fixed = [chart.name for chart in charts.of_condition(results, condition, {})]
     assert names == ["profile", "times", "failures", "clouds", "goals"]
     assert fixed == ["profile", "times", "failures", "clouds"]
 
@@ -376,13 +390,13 @@ def unpacked(text, frames):
 
 
 def test_poses_in_the_page_are_those_of_the_store(made, page):
-    for arm in SUITE.arms:
-        block = page.data[arm.name]
+    for condition in SUITE.conditions:
+        block = page.data[condition.name]
         for player in replay.players(made.results):
             for seed, take in zip(block["seeds"], block["takes"][player.key], strict=True):
-                track = made.store.track(Series(arm.name, player.policy, player.number), seed)
+                track = made.store.log(Series(condition.name, player.policy, player.number), seed)
                 poses = unpacked(take["poses"], take["frames"])
-                wanted = replay.thinned(arm.params, track.poses)
+                wanted = replay.thinned(condition.params, track.poses)
                 off = poses - wanted
                 off[..., 2] = (off[..., 2] + np.pi) % (2 * np.pi) - np.pi
                 assert np.abs(off).max() <= 0.5001e-3
@@ -415,7 +429,7 @@ def test_first_episodes_are_embedded_and_as_many_failures(made):
 def test_page_says_how_many_episodes_it_embeds(made, page):
     number = len(page.data["calm"]["seeds"])
     assert 3 < number < 8
-    assert re.search(r"\d (to \d )?of 8 episodes of an arm are in this page", made.html)
+    assert re.search(r"\d (to \d )?of 8 episodes of a condition are in this page", made.html)
     assert "--replays N" in made.html
 
 
@@ -532,7 +546,7 @@ def test_sides_and_choices_have_pictures_of_their_own(watched):
     assert len(seen) == 2
     watched.choose("right", "random")
     seen.add(watched.picture("right"))
-    watched.choose("arm", SUITE.arms[1].name)
+    watched.choose("condition", SUITE.conditions[1].name)
     watched.choose(
         "seed", watched.run("return arguments[0].options[1].value", watched.part("seed"))
     )
@@ -596,14 +610,14 @@ def test_keys_move_and_play(watched):
 
 
 def test_address_remembers_the_choice(watched, driver, made):
-    watched.choose("arm", SUITE.arms[1].name)
+    watched.choose("condition", SUITE.conditions[1].name)
     watched.choose("left", f"{ODD}-1")
     watched.choose("right", "scripted")
     watched.choose("view", "near")
     watched.scrub(4.0)
     watched.run("arguments[0].dispatchEvent(new Event('change'))", watched.part("time"))
     watched.until(lambda: "t=4.0" in watched.address)
-    names = ("arm", "seed", "left", "right", "view")
+    names = ("condition", "seed", "left", "right", "view")
     chosen, picture = [watched.value(name) for name in names], watched.picture("left")
     again = Replay(driver, made.page, watched.address)
     again.until(lambda: again.clock == 4.0)
@@ -614,7 +628,7 @@ def test_address_remembers_the_choice(watched, driver, made):
 def test_an_arm_leads_to_its_episodes(watched):
     watched.choose("right", "random")
     watched.run("document.querySelectorAll('a.watch')[1].click()")
-    watched.until(lambda: watched.value("arm") == SUITE.arms[1].name)
+    watched.until(lambda: watched.value("condition") == SUITE.conditions[1].name)
     assert watched.value("right") == "random"
     watched.until(lambda: watched.run("return scrollY") > 0)
 

@@ -14,7 +14,7 @@ MIRROR = np.array([1.0, -1.0, -1.0])
 
 
 def mirrored_start(params, rng, goal=None):
-    start = starts.draw(params, rng, goal)
+    start = starts.sample(params, rng, goal)
     start.goal *= MIRROR
     start.motion[:, :3] *= MIRROR
     return start
@@ -72,7 +72,7 @@ def test_actions_in_the_mirror_are_mirrored():
         (rng.normal(size=(16, 2)), np.zeros(2)),
     ]
     policies = [NetworkPolicy(layers, About(mirrors=True), params) for _ in range(2)]
-    sims = [Simulation(params, 8), Simulation(params, 8, draw=mirrored_start)]
+    sims = [Simulation(params, 8), Simulation(params, 8, initial_states=mirrored_start)]
     seen = [sim.reset(seeds=range(8)) for sim in sims]
     memories, fresh = [None, None], np.ones(8, dtype=bool)
     for _ in range(60):

@@ -22,8 +22,8 @@ FROZEN = {
 """Digests of what was published. A suite that has to change takes a new name, with a new line."""
 
 
-def begun(arm, seed):
-    return starts.draw(arm.params, np.random.default_rng(seed))
+def begun(condition, seed):
+    return starts.sample(condition.params, np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize("name", SUITES)
@@ -33,12 +33,12 @@ def test_a_published_suite_is_what_it_was(name):
 
 def test_the_digest_follows_arms_seeds_and_task_but_not_the_number_of_episodes():
     suite = SUITES["plane-v1"]
-    first, *others = suite.arms
+    first, *others = suite.conditions
     slower = replace(first, options={"time_limit": 100.0})
     changed = [
         replace(suite, seed=suite.seed + 1),
-        replace(suite, arms=(slower, *others)),
-        replace(suite, arms=tuple(others)),
+        replace(suite, conditions=(slower, *others)),
+        replace(suite, conditions=tuple(others)),
         suite.of("push"),
     ]
     assert len({one.digest() for one in (suite, *changed)}) == 5
@@ -59,35 +59,35 @@ def test_suites_have_seeds_of_their_own_all_for_test():
 @pytest.mark.parametrize("name", SUITES)
 def test_a_disturbed_arm_has_the_starts_and_goals_of_its_control(name):
     suite = SUITES[name]
-    arms = {arm.name: arm for arm in suite.arms}
-    assert len(arms) == len(suite.arms)
-    for arm in suite.arms:
+    conditions = {condition.name: condition for condition in suite.conditions}
+    assert len(conditions) == len(suite.conditions)
+    for condition in suite.conditions:
         if (
-            arm.control is None
-            or arm.params.vessel.length != arms[arm.control].params.vessel.length
+            condition.control is None
+            or condition.params.vessel.length != conditions[condition.control].params.vessel.length
         ):
             continue
         for seed in suite.seeds[:3]:
-            here, there = begun(arm, seed), begun(arms[arm.control], seed)
+            here, there = begun(condition, seed), begun(conditions[condition.control], seed)
             np.testing.assert_array_equal(here.motion, there.motion)
             np.testing.assert_array_equal(here.goal, there.goal)
 
 
 def test_episodes_of_a_suite_differ():
-    arm = SUITES["plane-v1"].arms[0]
-    goals = [begun(arm, seed).goal for seed in SUITES["plane-v1"].seeds[:50]]
+    condition = SUITES["plane-v1"].conditions[0]
+    goals = [begun(condition, seed).goal for seed in SUITES["plane-v1"].seeds[:50]]
     assert len({tuple(goal) for goal in goals}) == 50
 
 
 def test_the_paper_suite_has_the_papers_goal():
-    for arm in SUITES["paper-v1"].arms:
-        assert arm.params.task.goal == PAPER_GOAL
-        assert arm.params.task.goal_anchor == "closure"
+    for condition in SUITES["paper-v1"].conditions:
+        assert condition.params.task.goal == PAPER_GOAL
+        assert condition.params.task.goal_anchor == "closure"
 
 
 def test_shapes_have_one_area_and_mass():
-    for arm in SUITES["shape-v1"].arms:
-        vessel = arm.params.vessel
+    for condition in SUITES["shape-v1"].conditions:
+        vessel = condition.params.vessel
         assert vessel.length * vessel.width == pytest.approx(0.06)
         assert vessel.mass == pytest.approx(0.6)
 

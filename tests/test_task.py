@@ -395,7 +395,7 @@ def test_slots_are_shared_out_among_those_that_work():
 
 def test_failures_come_at_any_time_between_5_and_60_s_to_any_boat():
     params, rng = make_params(scenario="failure"), np.random.default_rng(0)
-    ticks = np.array([starts.draw(params, rng).failure_tick for _ in range(400)])
+    ticks = np.array([starts.sample(params, rng).failure_tick for _ in range(400)])
     assert ((ticks >= 0).sum(axis=1) == 1).all()
     when = ticks.max(axis=1)
     assert 50 <= when.min() < 70

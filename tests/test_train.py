@@ -495,7 +495,7 @@ def test_goals_are_nearer_and_boats_beside_the_hull_as_often_as_asked_for():
 
 def test_boats_beside_the_hull_touch_nothing():
     params = make_params("transport")
-    simulation = Simulation(params, 32, draw=Starts(tiny(near_starts=1.0)))
+    simulation = Simulation(params, 32, initial_states=Starts(tiny(near_starts=1.0)))
     simulation.reset(seeds=range(32))
     simulation.step(np.zeros((32, 4, 2)))
     assert not simulation.state.touching.any()
@@ -523,7 +523,7 @@ def test_pushes_begin_where_others_have_brought_the_vessel_into_closure():
     midway = Midway.handed_over(file, params, range(10**9, 10**9 + 8))
     assert len(midway.goal) >= 8
     config = tiny(midway_starts=1.0, mirror=True)
-    simulation = Simulation(make_params("push"), 32, draw=Starts(config, midway))
+    simulation = Simulation(make_params("push"), 32, initial_states=Starts(config, midway))
     simulation.reset(seeds=range(32))
     assert simulation.relations.slot_error.max() < 2 * params.task.slot_distance
     drawn = simulation.state.motion

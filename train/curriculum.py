@@ -18,7 +18,7 @@ from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.tasks import starts
-from asv_env.types import Float, Start
+from asv_env.types import Float, InitialState
 from baselines.learned import phases
 from baselines.learned.phases import PhasedPolicy
 from baselines.policy import Policy
@@ -75,7 +75,7 @@ class Midway:
     @classmethod
     def watched(cls, config: Config, params: EnvParams, seeds: range) -> Midway:
         """Runs the scripted policy on the episodes of these seeds, as they begin in a training."""
-        simulation = Simulation(params, len(seeds), draw=Starts(config))
+        simulation = Simulation(params, len(seeds), initial_states=Starts(config))
         motion, goal = [], []
         for tick, _ in enumerate(_acting(ScriptedPolicy(params), simulation, seeds)):
             if tick % KEEP_EVERY == 0:
@@ -135,7 +135,7 @@ def _acting(policy: Policy, simulation: Simulation, seeds: range) -> Iterator[An
 
 
 class Starts:
-    """How episodes of a training begin; what ``Simulation`` calls ``draw``.
+    """How episodes of a training begin; what ``Simulation`` calls ``initial_states``.
 
     Args:
         config: of the run.
@@ -149,9 +149,9 @@ class Starts:
 
     def __call__(
         self, params: EnvParams, rng: np.random.Generator, goal: Float | None = None
-    ) -> Start:
-        """See ``starts.draw``."""
-        start = starts.draw(params, rng, goal)
+    ) -> InitialState:
+        """See ``starts.sample``."""
+        start = starts.sample(params, rng, goal)
         if goal is not None:
             return start
         config = self._config
@@ -176,7 +176,7 @@ class Starts:
         return start
 
 
-def _narrow(start: Start, share: float) -> None:
+def _narrow(start: InitialState, share: float) -> None:
     """Turns a goal towards where the team pushes, and to the heading of the vessel, in place."""
     ahead = 1j * start.side
     goal = complex(*start.goal[:2]) * ahead

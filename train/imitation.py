@@ -99,7 +99,7 @@ def _watched(
     actor: nn.Module, config: Config, group: tuple[int, str], seeds: range, number: int
 ) -> Pairs:
     params = training_params(config, *group)
-    simulation = Simulation(params, len(seeds), draw=Starts(config))
+    simulation = Simulation(params, len(seeds), initial_states=Starts(config))
     script, memory = ScriptedPolicy(params), None
     rng = np.random.default_rng(seeds.start)
     seen = simulation.reset(seeds=list(seeds))

@@ -15,7 +15,7 @@ from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.sensing import observation
-from asv_env.simulation import WORLDS_PER_SPACE, Draw, Simulation
+from asv_env.simulation import WORLDS_PER_SPACE, InitialStates, Simulation
 from asv_env.tasks import starts
 from asv_env.types import Bool, Float
 
@@ -32,7 +32,7 @@ class ClosedError(gymnasium.error.ClosedEnvironmentError, RuntimeError, ValueErr
     """Something was asked of an environment that has been closed."""
 
 
-class Face:
+class Adapter:
     """A simulation behind an interface: its life, its pictures.
 
     Attributes:
@@ -53,14 +53,14 @@ class Face:
         options: Mapping[str, Any],
         num_worlds: int = 1,
         worlds_per_space: int = WORLDS_PER_SPACE,
-        draw: Draw = starts.draw,
+        initial_states: InitialStates = starts.sample,
     ) -> None:
         """Makes the simulation from names and options; see ``presets.make_params``."""
         if render_mode is not None:
             choice("render_mode", render_mode, RENDER_MODES)
         self.render_mode = render_mode
         self.params = make_params(**options)
-        self.simulation = Simulation(self.params, num_worlds, worlds_per_space, draw)
+        self.simulation = Simulation(self.params, num_worlds, worlds_per_space, initial_states)
         self._life = self._NEW
 
     def _metadata(self, **entries: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Face: a Gymnasium Env in which one agent drives all boats of one world."""
+"""Adapter: a Gymnasium Env in which one agent drives all boats of one world."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from asv_env.envs.common import (
     RENDER_FPS,
     RENDER_MODES,
-    Face,
+    Adapter,
     boat_spaces,
     goal_option,
     joint_terms,
@@ -20,7 +20,7 @@ from asv_env.envs.common import (
 from asv_env.types import Action, Observation
 
 
-class JointEnv(Face, gymnasium.Env[Observation, Action]):
+class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
     """One world, one agent for all boats: ``gymnasium.make("asv_env/Transport-v0")``.
 
     Observation (A, K) float32, action (A, 2) float32 in [-1, 1] (finite values outside are

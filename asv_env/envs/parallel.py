@@ -1,4 +1,4 @@
-"""Face: a PettingZoo ParallelEnv in which every boat is an agent."""
+"""Adapter: a PettingZoo ParallelEnv in which every boat is an agent."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from pettingzoo import ParallelEnv
 from asv_env.envs.common import (
     RENDER_FPS,
     RENDER_MODES,
-    Face,
+    Adapter,
     boat_spaces,
     boat_terms,
     goal_option,
     summaries,
 )
-from asv_env.sensing.global_state import overview, overview_bound
-from asv_env.simulation import Draw
+from asv_env.sensing.global_state import global_state, global_state_bound
+from asv_env.simulation import InitialStates
 from asv_env.tasks import starts
 from asv_env.types import Action, Observation
 
 
-class AsvParallelEnv(Face, ParallelEnv[str, Observation, Action]):
+class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     """One world whose boats are the agents "asv_0", "asv_1" ...
 
     Of each agent: observation (K,) float32, action (2,) float32 in [-1, 1] (finite values
@@ -39,7 +39,7 @@ class AsvParallelEnv(Face, ParallelEnv[str, Observation, Action]):
         num_boats: 2 to 100; None takes the preset's.
         render_mode: None, "rgb_array" or "human".
         scenario: what disturbs the world.
-        draw: how episodes begin, see ``Simulation``.
+        initial_states: how episodes begin, see ``Simulation``.
         **options: see ``presets.make_params``.
 
     Attributes:
@@ -65,11 +65,11 @@ class AsvParallelEnv(Face, ParallelEnv[str, Observation, Action]):
         num_boats: int | None = None,
         render_mode: str | None = None,
         scenario: str = "nominal",
-        draw: Draw = starts.draw,
+        initial_states: InitialStates = starts.sample,
         **options: Any,
     ) -> None:
         names = {"task": task, "num_boats": num_boats, "scenario": scenario}
-        self._open(render_mode, {**names, **options}, draw=draw)
+        self._open(render_mode, {**names, **options}, initial_states=initial_states)
         self.metadata = self._metadata(name=f"asv_env/{task}-v0", is_parallelizable=True)
         team = self.params.num_boats
         self.possible_agents = [f"asv_{boat}" for boat in range(team)]
@@ -79,7 +79,7 @@ class AsvParallelEnv(Face, ParallelEnv[str, Observation, Action]):
             a: s[0] for a, s in zip(self.possible_agents, spaces, strict=True)
         }
         self.action_spaces = {a: s[1] for a, s in zip(self.possible_agents, spaces, strict=True)}
-        bound = overview_bound(team)
+        bound = global_state_bound(team)
         self.state_space = Box(-bound, bound, dtype=np.float32)
 
     def observation_space(self, agent: str) -> Box[np.float32]:
@@ -160,9 +160,9 @@ class AsvParallelEnv(Face, ParallelEnv[str, Observation, Action]):
         )
 
     def state(self) -> Observation:
-        """The global view (S,) float32 for centralised critics; see ``overview``."""
+        """The global view (S,) float32 for centralised critics; see ``global_state``."""
         self._check_begun("state")
-        return overview(self.simulation.state, self.params)[0]
+        return global_state(self.simulation.state, self.params)[0]
 
     def render(self) -> Any:
         """A frame (H, W, 3) uint8 with "rgb_array"; None with "human", which needs no call."""
@@ -205,8 +205,8 @@ def parallel_env(
     num_boats: int | None = None,
     render_mode: str | None = None,
     scenario: str = "nominal",
-    draw: Draw = starts.draw,
+    initial_states: InitialStates = starts.sample,
     **options: Any,
 ) -> AsvParallelEnv:
     """A PettingZoo environment whose agents are the boats; see ``AsvParallelEnv``."""
-    return AsvParallelEnv(task, num_boats, render_mode, scenario, draw, **options)
+    return AsvParallelEnv(task, num_boats, render_mode, scenario, initial_states, **options)

@@ -1,4 +1,4 @@
-"""Face: a stable-baselines3 VecEnv with one row a boat, for policies that all boats share."""
+"""Adapter: a stable-baselines3 VecEnv with one row a boat, for policies that all boats share."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
-from asv_env.envs.common import Face, boat_spaces, goal_option, summaries
-from asv_env.sensing.global_state import overview, overview_bound
+from asv_env.envs.common import Adapter, boat_spaces, goal_option, summaries
+from asv_env.sensing.global_state import global_state, global_state_bound
 from asv_env.sensing.observation import NAMES
-from asv_env.simulation import WORLDS_PER_SPACE, Draw
+from asv_env.simulation import WORLDS_PER_SPACE, InitialStates
 from asv_env.tasks import starts
 from asv_env.types import Action, Bool, Observation, rows
 
@@ -28,13 +28,13 @@ except ImportError as error:
 Seen = Observation | dict[str, Observation]
 
 
-class BoatVecEnv(Face, VecEnv):
+class BoatVecEnv(Adapter, VecEnv):
     """Rows = worlds x boats, world by world: boat i of world w is row ``w * A + i``.
 
     Observation (W A, K) float32, action (W A, 2) float32 in [-1, 1] (finite values outside are
     clipped), reward (W A,) float32. With ``with_state`` the observation is a dictionary of "obs",
     the same, and "state" (W A, S) float32, the true state of the row's world, for a centralised
-    critic; see ``overview``. The boats of a world end together, and the world begins its
+    critic; see ``global_state``. The boats of a world end together, and the world begins its
     next episode in the same step. The infos of its rows then hold "terminal_observation",
     "TimeLimit.truncated" (True at the time limit; False after success or straying), "episode"
     (r, l, t: what a Monitor would write, so that no wrapper is needed for SB3's logs) and the
@@ -52,7 +52,7 @@ class BoatVecEnv(Face, VecEnv):
         stagger: shortens the first episode of world w after a reset to the share (w + 1) / W of
             the time limit, so that not all worlds truncate in the same step.
         worlds_per_space: see ``Simulation``.
-        draw: how episodes begin, see ``Simulation``.
+        initial_states: how episodes begin, see ``Simulation``.
         with_state: whether the state of the world is observed too.
         **options: see ``presets.make_params``.
 
@@ -76,12 +76,12 @@ class BoatVecEnv(Face, VecEnv):
         render_mode: str | None = None,
         stagger: bool = False,
         worlds_per_space: int = WORLDS_PER_SPACE,
-        draw: Draw = starts.draw,
+        initial_states: InitialStates = starts.sample,
         with_state: bool = False,
         **options: Any,
     ) -> None:
         names = {"task": task, "num_boats": num_boats, "scenario": scenario}
-        self._open(render_mode, {**names, **options}, num_envs, worlds_per_space, draw)
+        self._open(render_mode, {**names, **options}, num_envs, worlds_per_space, initial_states)
         self.num_worlds, self._team = num_envs, self.params.num_boats
         self._stagger, self._with_state = stagger, with_state
         self._limit = np.full(num_envs, self.params.time_limit_ticks)
@@ -91,7 +91,7 @@ class BoatVecEnv(Face, VecEnv):
         boats, acts = boat_spaces()
         observes: gymnasium.Space[Any] = boats
         if with_state:
-            bound = overview_bound(self._team)
+            bound = global_state_bound(self._team)
             observes = Dict({"obs": boats, "state": Box(-bound, bound)})
         super().__init__(num_envs * self._team, observes, acts)
         self.metadata["render_fps"] = self.params.clock.control
@@ -235,7 +235,7 @@ class BoatVecEnv(Face, VecEnv):
         by_row = observation.reshape(-1, observation.shape[-1])
         if not self._with_state:
             return by_row
-        state = overview(rows(self.simulation.state, worlds), self.params)
+        state = global_state(rows(self.simulation.state, worlds), self.params)
         return {"obs": by_row, "state": np.repeat(state, self._team, axis=0)}
 
 

@@ -1,4 +1,4 @@
-"""Face: a Gymnasium VectorEnv, many worlds, one agent for all boats of each."""
+"""Adapter: a Gymnasium VectorEnv, many worlds, one agent for all boats of each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from asv_env.checks import choice
 from asv_env.envs.common import (
     RENDER_FPS,
     RENDER_MODES,
-    Face,
+    Adapter,
     ResetNeededError,
     boat_spaces,
     goal_option,
@@ -26,7 +26,7 @@ from asv_env.types import Action, Bool, Float, Observation, TimeStep
 Infos = dict[str, Any]
 
 
-class AsvVectorEnv(Face, VectorEnv[Observation, Action, np.ndarray]):
+class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
     """Many worlds at once: ``gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)``.
 
     Observation (W, A, K) float32, action (W, A, 2) float32 in [-1, 1] (finite values outside

@@ -27,7 +27,7 @@ def bandwidth(boat: BoatParams) -> float:
     return 1.0 / (2.0 * boat.lag)
 
 
-class Loops:
+class Autopilot:
     """The loops of boats of one kind.
 
     Attributes:

@@ -7,10 +7,10 @@ import numpy as np
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.physics import water
-from asv_env.physics.autopilot import Loops
+from asv_env.physics.autopilot import Autopilot
 from asv_env.physics.basin import Basin
 from asv_env.physics.thrusters import MIX, Motors, from_command, limited
-from asv_env.types import Bool, Complex, Float, Start
+from asv_env.types import Bool, Complex, Float, InitialState
 
 
 class Dynamics:
@@ -28,7 +28,7 @@ class Dynamics:
         self._mass = np.array([hull.total_mass for hull in hulls])
         self._inertia = np.array([hull.total_inertia for hull in hulls])
         self._drag = water.coefficients(hulls)
-        self._loops = Loops(self._boat)
+        self._autopilot = Autopilot(self._boat)
         self.motors = Motors(self._boat, num_worlds, params.num_boats)
 
         shape = (num_worlds, len(hulls))
@@ -57,7 +57,7 @@ class Dynamics:
         self._total = np.zeros((*shape, 3))
         self._planar_total, self._yaw_total = plane(self._total), self._total[..., 2]
 
-    def place(self, world: int, start: Start) -> None:
+    def place(self, world: int, start: InitialState) -> None:
         """Puts one world at the start of an episode, motors off."""
         mass, inertia = self._mass * start.mass_gain, self._inertia * start.mass_gain
         self._basin.place(world, start.motion, mass, inertia, start.friction)
@@ -83,7 +83,7 @@ class Dynamics:
         self.motors.enable(working)
         tracks = self._params.action_mode == "tracking"
         if tracks:
-            at_rest, gains = self._loops.demand_at_rest(action), self._loops.gains
+            at_rest, gains = self._autopilot.demand_at_rest(action), self._autopilot.gains
         else:
             wanted = from_command(action, self._boat)
         for _ in range(steps):

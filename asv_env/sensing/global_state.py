@@ -85,19 +85,19 @@ PARTS = (
 )
 
 
-def overview_bound(num_boats: int) -> Observation:
+def global_state_bound(num_boats: int) -> Observation:
     """Largest magnitude (S,) of every value of the view of a team, float32."""
     bounds = [np.tile(part.bound, num_boats if part.of_boats else 1) for part in PARTS]
     return np.concatenate(bounds).astype(np.float32)
 
 
-def overview_size(num_boats: int) -> int:
+def global_state_size(num_boats: int) -> int:
     """S, the number of values of the view of a team."""
-    return len(overview_bound(num_boats))
+    return len(global_state_bound(num_boats))
 
 
-def overview(state: State, params: EnvParams) -> Observation:
-    """The view (W, S) of every world, float32, within +-``overview_bound``.
+def global_state(state: State, params: EnvParams) -> Observation:
+    """The view (W, S) of every world, float32, within +-``global_state_bound``.
 
     First the vessel, the goal and the task, then each of the parts of all the boats.
 
@@ -108,5 +108,5 @@ def overview(state: State, params: EnvParams) -> Observation:
     worlds = len(state.goal)
     parts = [part.of(state, params).reshape(worlds, -1) for part in PARTS]
     view = np.concatenate(parts, axis=1, dtype=np.float32)
-    bound = overview_bound(params.num_boats)
+    bound = global_state_bound(params.num_boats)
     return np.clip(view, -bound, bound)

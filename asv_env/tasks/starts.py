@@ -8,14 +8,14 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.tasks import formation
-from asv_env.types import Complex, Float, Int, Start
+from asv_env.types import Complex, Float, InitialState, Int
 
 PUSH_GAP = 1e-3
 """Gap between bow and vessel with which Push starts, m: no contact before the first step."""
 TRIES = 10_000
 
 
-def draw(params: EnvParams, rng: np.random.Generator, goal: Float | None = None) -> Start:
+def sample(params: EnvParams, rng: np.random.Generator, goal: Float | None = None) -> InitialState:
     """The beginning of one episode.
 
     The vessel lies at the origin with heading 0; in Push the boats are in their slots, else
@@ -37,7 +37,7 @@ def draw(params: EnvParams, rng: np.random.Generator, goal: Float | None = None)
     else:
         boats, headings = _scattered(params, rng)
         motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
-    return Start(motion, goal, side, **_variation(params, rng))
+    return InitialState(motion, goal, side, **_variation(params, rng))
 
 
 def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
@@ -104,7 +104,7 @@ def _bound(params: EnvParams, margin: float) -> float:
 
 
 def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
-    """What differs from the nominal in this episode, by the names of ``Start``."""
+    """What differs from the nominal in this episode, by the names of ``InitialState``."""
     spread, team = params.variation, params.num_boats
 
     def gain(width: float, *shape: int) -> Float:

@@ -1,6 +1,6 @@
 """Any policies on the same episodes, with honest statistics: ``python -m baselines.evaluate``.
 
-``arms`` and ``suites`` say what is run and ``entrants`` who takes part; ``workers`` run it, and
+``conditions`` and ``suites`` say what is run and ``entrants`` who takes part; ``workers`` run it, and
 ``store`` keeps every episode as it ends. ``results`` are the rows, ``statistics`` and ``summary``
 say what they amount to, ``report`` shows it.
 """

@@ -20,7 +20,7 @@ from asv_env.checks import choice
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.tasks import starts
-from asv_env.types import Float, Start
+from asv_env.types import Float, InitialState
 from baselines.evaluate.suites import SUITES
 from baselines.paper.coasting import way_to_rest
 
@@ -70,7 +70,7 @@ def push_time(params: EnvParams, distance: Float) -> Float:
     return np.interp(left, way, time) + np.maximum(left - way[-1], 0.0) / vessel_speed(params)
 
 
-def least_time(params: EnvParams, start: Start) -> float:
+def least_time(params: EnvParams, start: InitialState) -> float:
     """Least time of one episode, s."""
     boats = plane(start.motion)[1:]
     half = np.array([params.vessel.length, params.vessel.width]) / 2
@@ -82,22 +82,26 @@ def least_time(params: EnvParams, start: Start) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Prints the median bound of each arm of a suite."""
+    """Prints the median bound of each condition of a suite."""
     parser = argparse.ArgumentParser(prog="python -m baselines.evaluate.bound", description=__doc__)
     parser.add_argument("--suite", default="plane-v1", help=", ".join(SUITES))
-    parser.add_argument("--episodes", type=int, default=500, help="of each arm (%(default)s)")
+    parser.add_argument("--episodes", type=int, default=500, help="of each condition (%(default)s)")
     options = parser.parse_args(arguments)
     try:
         suite = SUITES[choice("suite", options.suite, SUITES)].first(options.episodes)
     except ValueError as error:
         parser.error(str(error))
-    for arm in suite.arms:
+    for condition in suite.conditions:
         times = [
-            least_time(arm.params, starts.draw(arm.params, np.random.default_rng(seed)))
+            least_time(
+                condition.params, starts.sample(condition.params, np.random.default_rng(seed))
+            )
             for seed in suite.seeds
         ]
         low, middle, high = np.percentile(times, [5, 50, 95])
-        print(f"{arm.name:14} no sooner than {middle:.1f} s (5 to 95 %: {low:.1f} to {high:.1f})")
+        print(
+            f"{condition.name:14} no sooner than {middle:.1f} s (5 to 95 %: {low:.1f} to {high:.1f})"
+        )
 
 
 if __name__ == "__main__":

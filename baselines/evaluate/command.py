@@ -13,7 +13,7 @@ from typing import Any
 from tqdm import tqdm
 
 from baselines.evaluate import report, workers
-from baselines.evaluate.conditions import Arm, Suite
+from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.options import FILES, parse, parser
 from baselines.evaluate.policy_sources import Entrant
 from baselines.evaluate.results import Results, write_csv
@@ -44,37 +44,37 @@ def run(options: argparse.Namespace, store: Store) -> None:
     """Runs the episodes that are not there yet, with a progress bar."""
     jobs = [
         job
-        for arm in options.suite.arms
+        for condition in options.suite.conditions
         for one in options.entrants
         for number in range(len(one.sources))
-        for job in _jobs(options, store, arm, one, number)
+        for job in _jobs(options, store, condition, one, number)
     ]
-    total = len(options.suite.arms) * options.suite.episodes
+    total = len(options.suite.conditions) * options.suite.episodes
     total *= sum(len(one.sources) for one in options.entrants)
     missing = sum(len(job.seeds) for job in jobs)
     with tqdm(total=total, initial=total - missing, unit="episode", file=sys.stderr) as bar:
-        for series, track in workers.run(jobs, options.workers):
-            store.add(series, track)
-            bar.set_description(f"{series.policy}, {series.arm}", refresh=False)
+        for series, log in workers.run(jobs, options.workers):
+            store.add(series, log)
+            bar.set_description(f"{series.policy}, {series.condition}", refresh=False)
             bar.update()
 
 
 def _jobs(
-    options: argparse.Namespace, store: Store, arm: Arm, one: Entrant, number: int
+    options: argparse.Namespace, store: Store, condition: Condition, one: Entrant, number: int
 ) -> list[Job]:
     """The episodes of one series that are missing, shared out."""
-    label = Label(one.name, one.training_seed(number), arm.name, arm.scenario)
+    label = Label(one.name, one.training_seed(number), condition.name, condition.scenario)
     record = None
     if options.record:
-        record = trajectories.folder(options.out, arm.name, one.name, label.training_seed)
-    series = Series(arm.name, one.name, number)
+        record = trajectories.folder(options.out, condition.name, one.name, label.training_seed)
+    series = Series(condition.name, one.name, number)
     there = _there(store, series, options.suite, record)
     missing = [seed for seed in options.suite.seeds if seed not in there]
     size = max(1, min(JOB, -(-len(missing) // max(1, options.workers))))
     return [
         Job(
             series,
-            arm,
+            condition,
             one.sources[number],
             options.fingerprints[one.name][number],
             label,
@@ -102,11 +102,11 @@ def collect(options: argparse.Namespace, store: Store) -> Results:
     """The rows of all episodes that were asked for."""
     suite = options.suite
     rows = {
-        (arm.name, one.name): [
-            list(store.rows(Series(arm.name, one.name, number), suite.seeds))
+        (condition.name, one.name): [
+            list(store.rows(Series(condition.name, one.name, number), suite.seeds))
             for number in range(len(one.sources))
         ]
-        for arm in suite.arms
+        for condition in suite.conditions
         for one in options.entrants
     }
     return Results(suite, tuple(one.name for one in options.entrants), rows)
@@ -160,9 +160,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _film(options: argparse.Namespace) -> None:
-    source, arm = options.entrants[0].sources[0], options.suite.arms[0]
+    source, condition = options.entrants[0].sources[0], options.suite.conditions[0]
     try:
-        film.save(options.video, source.make, arm.params, options.suite.seed)
+        film.save(options.video, source.make, condition.params, options.suite.seed)
     except Exception as error:  # of a policy, of a codec: all else is there by now
         sys.exit(f"{options.video}: no film, {type(error).__name__}: {error}")
     print(f"Video: {options.video}")
@@ -172,6 +172,6 @@ def _name_broken(results: Results) -> None:
     """Names the episodes that a policy has broken, the first few of them."""
     broken = [row for row in results if row.error]
     for row in broken[:10]:
-        print(f"policy error: {row.policy}, {row.arm}, seed {row.seed}: {row.error}")
+        print(f"policy error: {row.policy}, {row.condition}, seed {row.seed}: {row.error}")
     if len(broken) > 10:
         print(f"... and {len(broken) - 10} more; see the column error of episodes.csv")

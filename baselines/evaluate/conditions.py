@@ -1,8 +1,8 @@
-"""What episodes are run: arms, and suites of them.
+"""What episodes are run: conditions, and suites of them.
 
-An arm is one condition, and a suite a table of arms with a range of seeds. Arms with the same team
+A condition is one condition, and a suite a table of conditions with a range of seeds. Conditions with the same team
 and vessel have the same starts and goals at the same seed: what a disturbance costs is seen beside
-its control arm, pair by pair.
+its control condition, pair by pair.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from asv_env.presets import make_params
 from asv_env.tasks import starts
 
 EPISODES = 2000
-"""Episodes of an arm that carries a comparison."""
+"""Episodes of a condition that carries a comparison."""
 DRAWN = 3
-"""Episodes of an arm whose beginnings go into the digest."""
+"""Episodes of a condition whose beginnings go into the digest."""
 
 
 @dataclass(frozen=True)
-class Arm:
+class Condition:
     """One condition.
 
     Attributes:
         name: unique in its suite.
         about: what it is, in a few words.
-        control: name of the arm without the disturbance; None for one that is such an arm.
+        control: name of the condition without the disturbance; None for one that is such a condition.
         task: "approach", "push" or "transport".
         scenario, preset, num_boats, options: as of ``make_params``.
     """
@@ -65,43 +65,48 @@ class Suite:
     Attributes:
         name: with its version, such as "plane-v1".
         about: what it is for, in a sentence.
-        arms: its conditions.
-        seed: of the first episode of every arm.
-        episodes: of every arm.
+        conditions: its conditions.
+        seed: of the first episode of every condition.
+        episodes: of every condition.
     """
 
     name: str
     about: str
-    arms: tuple[Arm, ...]
+    conditions: tuple[Condition, ...]
     seed: int = 0
     episodes: int = EPISODES
 
     def of(self, task: str) -> Suite:
         """The same starts and goals with another task."""
-        return replace(self, arms=tuple(replace(arm, task=task) for arm in self.arms))
+        return replace(
+            self, conditions=tuple(replace(condition, task=task) for condition in self.conditions)
+        )
 
     def first(self, episodes: int) -> Suite:
-        """The first episodes of every arm."""
+        """The first episodes of every condition."""
         return replace(self, episodes=episodes)
 
     @property
     def seeds(self) -> range:
-        """Of the episodes of every arm."""
+        """Of the episodes of every condition."""
         return range(self.seed, self.seed + self.episodes)
 
     @property
     def task(self) -> str:
-        """Of the arms, joined where they differ."""
-        return "+".join(dict.fromkeys(arm.task for arm in self.arms))
+        """Of the conditions, joined where they differ."""
+        return "+".join(dict.fromkeys(condition.task for condition in self.conditions))
 
     def digest(self) -> str:
         """A fingerprint of what the episodes are, not of how many are taken.
 
-        It covers the parameters of all arms (but for the weights of the reward) and how their
+        It covers the parameters of all conditions (but for the weights of the reward) and how their
         first episodes begin.
         """
-        arms = [[arm.name, _described(arm.params), *_begun(arm, self.seed)] for arm in self.arms]
-        text = json.dumps(_rounded(arms), sort_keys=True)
+        conditions = [
+            [condition.name, _described(condition.params), *_begun(condition, self.seed)]
+            for condition in self.conditions
+        ]
+        text = json.dumps(_rounded(conditions), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -111,9 +116,9 @@ def _described(params: EnvParams) -> dict[str, Any]:
     return values
 
 
-def _begun(arm: Arm, seed: int) -> list[dict[str, Any]]:
+def _begun(condition: Condition, seed: int) -> list[dict[str, Any]]:
     seeds = range(seed, seed + DRAWN)
-    return [vars(starts.draw(arm.params, np.random.default_rng(seed))) for seed in seeds]
+    return [vars(starts.sample(condition.params, np.random.default_rng(seed))) for seed in seeds]
 
 
 def _rounded(value: Any) -> Any:
@@ -146,16 +151,20 @@ def custom(
         if len(set(values)) < len(values):
             raise ValueError(f"{flag} {' '.join(map(str, values))}: name each once")
     options: dict[str, Any] = {} if goal is None else {"goal": goal}
-    arms = []
+    conditions = []
     for task, scenario, team in product(tasks, disturbances, teams):
-        arm = Arm("", "", None, task, scenario, preset, team, options)
-        boats = arm.params.num_boats
-        arms.append(replace(arm, name=_arm_name(tasks, disturbances, teams, task, scenario, boats)))
+        condition = Condition("", "", None, task, scenario, preset, team, options)
+        boats = condition.params.num_boats
+        conditions.append(
+            replace(
+                condition, name=_condition_name(tasks, disturbances, teams, task, scenario, boats)
+            )
+        )
     about = f"{_listed(tasks)}; {_listed(disturbances)}"
-    return Suite("custom", about, tuple(arms), seed, episodes)
+    return Suite("custom", about, tuple(conditions), seed, episodes)
 
 
-def _arm_name(
+def _condition_name(
     tasks: Sequence[str],
     disturbances: Sequence[str],
     teams: Sequence[int | None],
@@ -163,7 +172,7 @@ def _arm_name(
     scenario: str,
     boats: int,
 ) -> str:
-    """What sets an arm apart in its sweep."""
+    """What sets a condition apart in its sweep."""
     parts = [task] * (len(tasks) > 1)
     parts += [f"{boats} boats"] * (len(teams) > 1)
     parts += [scenario] * (len(disturbances) > 1 or not parts)

@@ -49,7 +49,9 @@ def parser() -> argparse.ArgumentParser:
     what = made.add_argument_group("what is run: a suite")
     what.add_argument("--suite", metavar="NAME", help=", ".join(SUITES))
     what.add_argument("--task", nargs="+", metavar="NAME", help=f"{', '.join(TASKS)} (transport)")
-    what.add_argument("--episodes", type=int, metavar="N", help="of each arm (the suite's, or 100)")
+    what.add_argument(
+        "--episodes", type=int, metavar="N", help="of each condition (the suite's, or 100)"
+    )
     own = made.add_argument_group("or a sweep: several tasks, scenarios, team sizes")
     own.add_argument("--scenario", nargs="+", metavar="NAME", help=f"{', '.join(SCENARIOS)}")
     own.add_argument("--num-boats", nargs="+", type=int, metavar="N", help="2 to 100 (4)")
@@ -76,8 +78,8 @@ def parser() -> argparse.ArgumentParser:
     out.add_argument("--out", type=Path, metavar="DIR", help="folder (below runs)")
     out.add_argument(
         "--replays", type=int, metavar="N",
-        help="first episodes of each arm that can be watched in the report; where policies fail, "
-        f"up to as many again ({REPLAYS} shared out over the arms)",
+        help="first episodes of each condition that can be watched in the report; where policies fail, "
+        f"up to as many again ({REPLAYS} shared out over the conditions)",
     )  # fmt: skip
     out.add_argument(
         "--record", action="store_true", help="save trajectories too, for imitation learning"
@@ -100,7 +102,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         _check_numbers(options)
         options.suite = _suite(options)
         if options.replays is None:
-            options.replays = REPLAYS // len(options.suite.arms)
+            options.replays = REPLAYS // len(options.suite.conditions)
         options.entrants = entrants(options.policies, options.suite, options.trust_pickles)
         options.fingerprints = {
             one.name: [source.fingerprint() for source in one.sources] for one in options.entrants
@@ -146,7 +148,9 @@ def _suite(options: argparse.Namespace) -> Suite:
         raise ValueError(f"--{flag} cannot go with --suite, which settles it: leave one out")
     episodes = options.episodes or suite.episodes
     if episodes > suite.episodes:
-        raise ValueError(f"--episodes {episodes}: {suite.name} has {suite.episodes} of each arm")
+        raise ValueError(
+            f"--episodes {episodes}: {suite.name} has {suite.episodes} of each condition"
+        )
     return suite.of(choice("task", tasks[0], TASKS)).first(episodes)
 
 
@@ -173,7 +177,7 @@ def _folder_name(suite: Suite) -> str:
     """What a folder is called after: the same for the same set of episodes."""
     if suite.name in SUITES:
         return suite.name if suite.task == "transport" else f"{suite.name}-{suite.task}"
-    parts = [suite.task, *dict.fromkeys(arm.scenario for arm in suite.arms)]
+    parts = [suite.task, *dict.fromkeys(condition.scenario for condition in suite.conditions)]
     return "-".join([*parts, suite.digest()[:6]])
 
 

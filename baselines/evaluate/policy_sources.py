@@ -172,7 +172,7 @@ def entrant(word: str) -> Entrant:
 
 
 def entrants(words: Sequence[str], suite: Suite, trusted: bool) -> tuple[Entrant, ...]:
-    """All that take part, each found to fit every arm of a suite.
+    """All that take part, each found to fit every condition of a suite.
 
     Raises:
         ValueError: a name twice, something that is not a policy or does not fit.
@@ -185,11 +185,13 @@ def entrants(words: Sequence[str], suite: Suite, trusted: bool) -> tuple[Entrant
     for one in found:
         for source in one.sources:
             source.check(trusted)
-            for arm in suite.arms:
+            for condition in suite.conditions:
                 try:
-                    _try(source, arm.params, suite.seed)
+                    _try(source, condition.params, suite.seed)
                 except ValueError as error:
-                    raise ValueError(f"{one.name} in arm {arm.name!r}: {error}") from error
+                    raise ValueError(
+                        f"{one.name} in condition {condition.name!r}: {error}"
+                    ) from error
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from types import NoneType
 from typing import Any, get_args, get_type_hints
@@ -12,11 +12,13 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 
 from asv_env.types import Bool, Float
-from baselines.evaluate.conditions import Arm, Suite
+from baselines.evaluate.conditions import Condition, Suite
 from baselines.rollout.episodes import COLUMNS, Episode
 
 NOTHING = ""
 """In a CSV file, where a column does not apply."""
+HEADS = tuple("arm" if name == "condition" else name for name in COLUMNS)
+"""Heads of the columns of ``episodes.csv``: those of the published version 1 files."""
 
 
 @dataclass(frozen=True)
@@ -26,43 +28,48 @@ class Results:
     Attributes:
         suite: that was run, with as many episodes as were.
         policies: names, in order; the first is the one that the others are compared with.
-        rows: by arm and policy: S trainings (1 of a script) of E episodes each.
+        rows: by condition and policy: S trainings (1 of a script) of E episodes each.
     """
 
     suite: Suite
     policies: tuple[str, ...]
     rows: Mapping[tuple[str, str], Sequence[Sequence[Episode]]]
 
-    def column(self, arm: str, policy: str, name: str) -> Float:
+    def column(self, condition: str, policy: str, name: str) -> Float:
         """Numbers (S, E) of a column, NaN where it does not apply."""
-        rows = self.rows[arm, policy]
+        rows = self.rows[condition, policy]
         values = [[getattr(row, name) for row in training] for training in rows]
         return np.array(values, dtype=np.float64)
 
-    def success(self, arm: str, policy: str) -> Bool:
+    def success(self, condition: str, policy: str) -> Bool:
         """(S, E) whether the task was done."""
-        return self.column(arm, policy, "success") > 0
+        return self.column(condition, policy, "success") > 0
 
-    def placed(self, arm: str, policy: str, tolerance: float) -> Bool:
+    def placed(self, condition: str, policy: str, tolerance: float) -> Bool:
         """(S, E) whether the vessel was within so many tolerances of its goal pose.
 
         At the instant at which it was nearest, which is when the paper looks; at rest or not.
         """
-        task = next(a for a in self.suite.arms if a.name == arm).params.task
-        near = self.column(arm, policy, "min_position_error") <= tolerance * task.position_tolerance
-        heading = np.abs(self.column(arm, policy, "heading_error_at_min"))
+        task = next(a for a in self.suite.conditions if a.name == condition).params.task
+        near = (
+            self.column(condition, policy, "min_position_error")
+            <= tolerance * task.position_tolerance
+        )
+        heading = np.abs(self.column(condition, policy, "heading_error_at_min"))
         placed: Bool = near & (heading <= tolerance * task.heading_tolerance)
         return placed
 
-    def scores(self, arm: str, policy: str) -> Float:
+    def scores(self, condition: str, policy: str) -> Float:
         """(S, E) time until the task was done, s; infinite where it was not."""
-        return np.where(self.success(arm, policy), self.column(arm, policy, "duration"), np.inf)
+        return np.where(
+            self.success(condition, policy), self.column(condition, policy, "duration"), np.inf
+        )
 
     def __iter__(self) -> Iterator[Episode]:
-        """All rows, by arm, policy, training and seed."""
-        for arm in self.suite.arms:
+        """All rows, by condition, policy, training and seed."""
+        for condition in self.suite.conditions:
             for policy in self.policies:
-                for training in self.rows[arm.name, policy]:
+                for training in self.rows[condition.name, policy]:
                     yield from training
 
 
@@ -71,42 +78,48 @@ def of_rows(suite: Suite, rows: Iterable[Episode]) -> Results:
 
     Raises:
         ValueError: rows that are not those of the suite's first episodes, or not the same ones
-            for every policy and in every arm.
+            for every policy and in every condition.
     """
     found: dict[str, dict[str, dict[int | None, dict[int, Episode]]]] = {}
     for row in rows:
-        trainings = found.setdefault(row.policy, {}).setdefault(row.arm, {})
+        trainings = found.setdefault(row.policy, {}).setdefault(row.condition, {})
         trainings.setdefault(row.training_seed, {})[row.seed] = row
     count = max((row.seed for row in _all(found)), default=suite.seed - 1) - suite.seed + 1
     suite = suite.first(count)
     kept: dict[tuple[str, str], list[list[Episode]]] = {}
-    for policy, arms in found.items():
-        numbers = sorted(next(iter(arms.values())), key=_number)
-        for arm in suite.arms:
-            trainings = arms.get(arm.name, {})
-            if sorted(trainings, key=_number) != numbers or len(arms) != len(suite.arms):
-                raise ValueError(f"{policy}: not all arms of {suite.name} are there, or others")
-            kept[arm.name, policy] = [_checked(suite, arm, trainings[n]) for n in numbers]
+    for policy, conditions in found.items():
+        numbers = sorted(next(iter(conditions.values())), key=_number)
+        for condition in suite.conditions:
+            trainings = conditions.get(condition.name, {})
+            if sorted(trainings, key=_number) != numbers or len(conditions) != len(
+                suite.conditions
+            ):
+                raise ValueError(
+                    f"{policy}: not all conditions of {suite.name} are there, or others"
+                )
+            kept[condition.name, policy] = [
+                _checked(suite, condition, trainings[n]) for n in numbers
+            ]
     if not kept:
         raise ValueError(f"there are no episodes of {suite.name}")
     return Results(suite, tuple(found), kept)
 
 
 def _all(found: Mapping[str, Any]) -> Iterator[Episode]:
-    for arms in found.values():
-        for trainings in arms.values():
+    for conditions in found.values():
+        for trainings in conditions.values():
             for rows in trainings.values():
                 yield from rows.values()
 
 
-def _checked(suite: Suite, arm: Arm, rows: Mapping[int, Episode]) -> list[Episode]:
-    """Rows of one training in one arm, in the order of their seeds."""
+def _checked(suite: Suite, condition: Condition, rows: Mapping[int, Episode]) -> list[Episode]:
+    """Rows of one training in one condition, in the order of their seeds."""
     if sorted(rows) != list(suite.seeds):
-        raise ValueError(f"{arm.name}: seeds are not the first ones of {suite.name}")
-    is_of = (arm.task, arm.scenario, arm.params.num_boats)
+        raise ValueError(f"{condition.name}: seeds are not the first ones of {suite.name}")
+    is_of = (condition.task, condition.scenario, condition.params.num_boats)
     for row in rows.values():
         if (row.task, row.scenario, row.num_boats) != is_of:
-            raise ValueError(f"{arm.name}, seed {row.seed}: not an episode of {suite.name}")
+            raise ValueError(f"{condition.name}, seed {row.seed}: not an episode of {suite.name}")
     return [rows[seed] for seed in suite.seeds]
 
 
@@ -118,9 +131,9 @@ def write_csv(path: Path, rows: Iterable[Episode]) -> None:
     """Writes rows, all at once; ``NOTHING`` where a column does not apply."""
     part = path.with_name(f"{path.name}.part")
     with part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, restval=NOTHING, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(HEADS)
+        writer.writerows(astuple(row) for row in rows)
     part.replace(path)
 
 
@@ -131,9 +144,9 @@ def read_csv(path: Path) -> list[Episode]:
         ValueError: its columns are others, or a value is none.
     """
     with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if tuple(reader.fieldnames or ()) != COLUMNS:
-            raise ValueError(f"{path}: columns must be {', '.join(COLUMNS)}")
+        head, reader = tuple(next(csv.reader(file), ())), csv.DictReader(file, COLUMNS)
+        if head != HEADS:
+            raise ValueError(f"{path}: columns must be {', '.join(HEADS)}")
         try:
             return [
                 Episode(**{name: _READ[name](text) for name, text in r.items()}) for r in reader

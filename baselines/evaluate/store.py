@@ -20,29 +20,29 @@ import numpy as np
 
 from asv_env.geometry import wrap
 from asv_env.types import Float
-from baselines.rollout.episodes import Episode, Track
+from baselines.rollout.episodes import Episode, PoseLog
 
 NAME = "episodes.sqlite"
 POLICY = "policy "
 """What the names of policies begin with, among the origins."""
-LAYOUT = 1
-"""Of the rows and tracks in the database: another one wherever old ones would be misread."""
+LAYOUT = 2
+"""Of the rows and logs in the database: another one wherever old ones would be misread."""
 UNITS = (1e-3, 1e-3, 1e-4)
 """In which poses are kept: m, m, rad."""
 TABLES = """
 CREATE TABLE IF NOT EXISTS origin (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS episode (
-    arm TEXT, policy TEXT, training INTEGER, seed INTEGER, row TEXT NOT NULL, track BLOB NOT NULL,
-    PRIMARY KEY (arm, policy, training, seed)
+    condition TEXT, policy TEXT, training INTEGER, seed INTEGER, row TEXT NOT NULL, log BLOB NOT NULL,
+    PRIMARY KEY (condition, policy, training, seed)
 );
 """
 
 
 @dataclass(frozen=True, order=True)
 class Series:
-    """Episodes of one policy (one of its trainings) in one arm."""
+    """Episodes of one policy (one of its trainings) in one condition."""
 
-    arm: str
+    condition: str
     policy: str
     training: int
 
@@ -99,30 +99,30 @@ class Store:
 
     def seeds(self, series: Series) -> set[int]:
         """Of the episodes that are there."""
-        query = "SELECT seed FROM episode WHERE arm = ? AND policy = ? AND training = ?"
+        query = "SELECT seed FROM episode WHERE condition = ? AND policy = ? AND training = ?"
         return {seed for (seed,) in self._base.execute(query, _key(series))}
 
-    def add(self, series: Series, track: Track) -> None:
+    def add(self, series: Series, log: PoseLog) -> None:
         """Keeps an episode; it is on disk when this returns."""
-        row = json.dumps(asdict(track.episode))
-        values = (*_key(series), track.episode.seed, row, packed(track))
+        row = json.dumps(asdict(log.episode))
+        values = (*_key(series), log.episode.seed, row, packed(log))
         with _named(self._path), self._base:
             self._base.execute("REPLACE INTO episode VALUES (?, ?, ?, ?, ?, ?)", values)
 
     def rows(self, series: Series, seeds: range) -> Iterator[Episode]:
         """Those of the episodes with these seeds that are there, in their order."""
         query = (
-            "SELECT row FROM episode WHERE arm = ? AND policy = ? AND training = ? "
+            "SELECT row FROM episode WHERE condition = ? AND policy = ? AND training = ? "
             "AND seed >= ? AND seed < ? ORDER BY seed"
         )
         for (row,) in self._base.execute(query, (*_key(series), seeds.start, seeds.stop)):
             yield Episode(**json.loads(row))
 
-    def track(self, series: Series, seed: int) -> Track | None:
+    def log(self, series: Series, seed: int) -> PoseLog | None:
         """One episode, poses to the ``UNITS``; None if it is not there."""
         query = (
-            "SELECT row, track FROM episode "
-            "WHERE arm = ? AND policy = ? AND training = ? AND seed = ?"
+            "SELECT row, log FROM episode "
+            "WHERE condition = ? AND policy = ? AND training = ? AND seed = ?"
         )
         found = self._base.execute(query, (*_key(series), seed)).fetchone()
         return None if found is None else unpacked(Episode(**json.loads(found[0])), found[1])
@@ -133,7 +133,7 @@ def _text(value: Any) -> str:
 
 
 def _key(series: Series) -> tuple[str, str, int]:
-    return series.arm, series.policy, series.training
+    return series.condition, series.policy, series.training
 
 
 @contextmanager
@@ -164,20 +164,20 @@ def _origin(path: Path) -> dict[str, str]:
         return dict(base.execute("SELECT name, value FROM origin"))
 
 
-def packed(track: Track) -> bytes:
+def packed(log: PoseLog) -> bytes:
     """Poses as differences of whole ``UNITS``, compressed; then the goal and the failures."""
-    whole = np.round(track.poses / UNITS).astype(np.int64)
+    whole = np.round(log.poses / UNITS).astype(np.int64)
     steps = np.diff(whole, axis=0, prepend=0)
     steps[1:, :, 2] = (steps[1:, :, 2] + 31416) % 62832 - 31416
-    head = np.array([*track.goal, *track.failed_at], dtype="<f8").tobytes()
+    head = np.array([*log.goal, *log.failed_at], dtype="<f8").tobytes()
     return head + zlib.compress(steps.astype("<i2").tobytes(), 9)
 
 
-def unpacked(episode: Episode, blob: bytes) -> Track:
+def unpacked(episode: Episode, blob: bytes) -> PoseLog:
     """The reverse of ``packed``."""
     team = episode.num_boats
     head = np.frombuffer(blob, "<f8", 3 + team)
     steps = np.frombuffer(zlib.decompress(blob[head.nbytes :]), "<i2").reshape(-1, 1 + team, 3)
     poses: Float = np.cumsum(steps, axis=0, dtype=np.int64) * np.array(UNITS)
     poses[..., 2] = wrap(poses[..., 2])
-    return Track(episode, poses, head[:3].copy(), head[3:].copy())
+    return PoseLog(episode, poses, head[:3].copy(), head[3:].copy())

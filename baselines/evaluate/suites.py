@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from baselines.evaluate.conditions import Arm, Suite
+from baselines.evaluate.conditions import Condition, Suite
 from baselines.paper.experiment import PAPER_GOAL
 
 PLANK_AREA = 0.40 * 0.15
@@ -30,9 +30,9 @@ def _shaped(aspect: float) -> dict[str, Any]:
     return {"vessel": {"length": length, "width": PLANK_AREA / length, "mass": 0.60}}
 
 
-def _robust() -> tuple[Arm, ...]:
-    control = Arm("control", "four boats, still water, exact measurement")
-    six = Arm("control-6", "the same with six boats", num_boats=6)
+def _robust() -> tuple[Condition, ...]:
+    control = Condition("control", "four boats, still water, exact measurement")
+    six = Condition("control-6", "the same with six boats", num_boats=6)
     disturbed = {
         "noise-half": ("half the noise of `noisy`", _noise(0.5)),
         "noise": ("the noise of `noisy`", _noise(1.0)),
@@ -52,29 +52,33 @@ def _robust() -> tuple[Arm, ...]:
         "friction-low": ("contact friction 0.1", {"water": {"contact_friction": 0.1}}),
         "friction-high": ("contact friction 0.6", {"water": {"contact_friction": 0.6}}),
     }
-    arms = [
-        Arm(name, about, control.name, options=options)
+    conditions = [
+        Condition(name, about, control.name, options=options)
         for name, (about, options) in disturbed.items()
     ]
     return (
         control,
-        *arms,
-        Arm("harsh", "scenario `harsh`: all at once, a failing boat", "control", scenario="harsh"),
+        *conditions,
+        Condition(
+            "harsh", "scenario `harsh`: all at once, a failing boat", "control", scenario="harsh"
+        ),
         six,
-        Arm("failure-6", "one of six boats fails", six.name, scenario="failure", num_boats=6),
+        Condition("failure-6", "one of six boats fails", six.name, scenario="failure", num_boats=6),
     )
 
 
-def _teams() -> tuple[Arm, ...]:
+def _teams() -> tuple[Condition, ...]:
     return tuple(
-        Arm(f"{team}-boats", f"{team} boats, scenario `noisy`", scenario="noisy", num_boats=team)
+        Condition(
+            f"{team}-boats", f"{team} boats, scenario `noisy`", scenario="noisy", num_boats=team
+        )
         for team in (2, 3, 4, 6, 8, 12, 20, 32)
     )
 
 
-def _shapes() -> tuple[Arm, ...]:
+def _shapes() -> tuple[Condition, ...]:
     aspects = [
-        Arm(
+        Condition(
             f"aspect-{aspect:g}",
             f"length {aspect:g} times the width, scenario `noisy`",
             "plank",
@@ -84,9 +88,9 @@ def _shapes() -> tuple[Arm, ...]:
         for aspect in (1.0, 1.5, 2.0, 4.0, 6.0)
     ]
     return (
-        Arm("plank", "the nominal plank, 2.67 times as long as wide", scenario="noisy"),
+        Condition("plank", "the nominal plank, 2.67 times as long as wide", scenario="noisy"),
         *aspects,
-        Arm(
+        Condition(
             "no-fins",
             "the plank without its fins, scenario `noisy`",
             "plank",
@@ -97,12 +101,14 @@ def _shapes() -> tuple[Arm, ...]:
 
 
 _PLANE = (
-    Arm("nominal", "goals over the whole plane"),
-    Arm("noisy", "the same, measured with noise", "nominal", scenario="noisy"),
+    Condition("nominal", "goals over the whole plane"),
+    Condition("noisy", "the same, measured with noise", "nominal", scenario="noisy"),
 )
 _PAPER = (
-    Arm("nominal", "the paper's goal, from the pose at closure", preset="experiment"),
-    Arm("noisy", "the same, measured with noise", "nominal", scenario="noisy", preset="experiment"),
+    Condition("nominal", "the paper's goal, from the pose at closure", preset="experiment"),
+    Condition(
+        "noisy", "the same, measured with noise", "nominal", scenario="noisy", preset="experiment"
+    ),
 )
 SUITES = {
     suite.name: suite
@@ -111,9 +117,9 @@ SUITES = {
             "quick-v1",
             "Two minutes on a laptop: the paper's goal and goals over the plane.",
             (
-                Arm("paper-goal", "one goal for all", options={"goal": PAPER_GOAL}),
-                Arm("plane", "goals over the whole plane"),
-                Arm("noisy", "the same, measured with noise", "plane", scenario="noisy"),
+                Condition("paper-goal", "one goal for all", options={"goal": PAPER_GOAL}),
+                Condition("plane", "goals over the whole plane"),
+                Condition("noisy", "the same, measured with noise", "plane", scenario="noisy"),
             ),
             seed=1_000_000,
             episodes=60,

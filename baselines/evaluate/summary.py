@@ -10,7 +10,7 @@ import numpy as np
 
 from asv_env.types import Float
 from baselines.evaluate import statistics
-from baselines.evaluate.conditions import Arm
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.results import Results
 from baselines.evaluate.statistics import Estimate
 
@@ -59,55 +59,62 @@ def summarise(results: Results) -> dict[str, Any]:
     """The summary of a comparison.
 
     Returns:
-        ``arms``, by name; of each ``about``, ``control``, ``policies`` (see ``_policy``),
+        ``conditions``, by name; of each ``about``, ``control``, ``policies`` (see ``_policy``),
         ``comparisons`` of the other policies with the first and ``against_control`` of each
-        policy with itself in the arm without the disturbance (see ``_comparison``). Intervals
+        policy with itself in the condition without the disturbance (see ``_comparison``). Intervals
         have the level 0.95.
     """
-    return {"arms": {arm.name: _arm(results, arm) for arm in results.suite.arms}}
-
-
-def _arm(results: Results, arm: Arm) -> dict[str, Any]:
-    first, *others = results.policies
-    control = arm.control
     return {
-        "about": arm.about,
+        "conditions": {
+            condition.name: _condition(results, condition) for condition in results.suite.conditions
+        }
+    }
+
+
+def _condition(results: Results, condition: Condition) -> dict[str, Any]:
+    first, *others = results.policies
+    control = condition.control
+    return {
+        "about": condition.about,
         "control": control,
-        "policies": {name: _policy(results, arm.name, name) for name in results.policies},
+        "policies": {name: _policy(results, condition.name, name) for name in results.policies},
         "comparisons": {
-            name: _comparison(results, (arm.name, name), (arm.name, first)) for name in others
+            name: _comparison(results, (condition.name, name), (condition.name, first))
+            for name in others
         },
         "against_control": {
-            name: _comparison(results, (arm.name, name), (control, name))
+            name: _comparison(results, (condition.name, name), (control, name))
             for name in results.policies
             if control is not None
         },
     }
 
 
-def _policy(results: Results, arm: str, policy: str) -> dict[str, Any]:
-    """Of one policy in one arm.
+def _policy(results: Results, condition: str, policy: str) -> dict[str, Any]:
+    """Of one policy in one condition.
 
     Returns:
         ``episodes``, ``trainings``; ``success``; ``placed`` within ``TOLERANCES``; ``causes``
         of failures with their numbers; and, by column, the ``MEASURES`` over the episodes to
         which they apply.
     """
-    success = results.success(arm, policy)
-    rows = [row for training in results.rows[arm, policy] for row in training]
+    success = results.success(condition, policy)
+    rows = [row for training in results.rows[condition, policy] for row in training]
     summary: dict[str, Any] = {
         "episodes": success.shape[1],
         "trainings": success.shape[0],
         "success": asdict(statistics.proportion(success)),
         "placed": {
-            f"{tolerance:g}": asdict(statistics.proportion(results.placed(arm, policy, tolerance)))
+            f"{tolerance:g}": asdict(
+                statistics.proportion(results.placed(condition, policy, tolerance))
+            )
             for tolerance in TOLERANCES
             if rows[0].task != "approach"
         },
         "causes": dict(sorted(Counter(row.cause for row in rows if row.cause).items())),
     }
     for column, measure in MEASURES.items():
-        values = results.column(arm, policy, column)
+        values = results.column(condition, policy, column)
         if np.isfinite(values).any():
             summary[column] = _measured(values if measure.signed else np.abs(values), measure.least)
     return summary
@@ -134,7 +141,7 @@ def _from(least: float, estimate: Estimate) -> dict[str, Any]:
 def _comparison(
     results: Results, first: tuple[str, str], second: tuple[str, str]
 ) -> dict[str, Any]:
-    """Of one arm and policy with another, episode by episode.
+    """Of one condition and policy with another, episode by episode.
 
     Returns:
         Differences first - second of ``success`` and of the columns that both have, over the

@@ -19,11 +19,11 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from baselines.evaluate.conditions import Arm
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.policy_sources import Source
 from baselines.evaluate.store import Series
 from baselines.rollout import loop, trajectories
-from baselines.rollout.episodes import Label, Track
+from baselines.rollout.episodes import Label, PoseLog
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -38,7 +38,7 @@ class Job:
 
     Attributes:
         series: to which they belong.
-        arm: condition.
+        condition: condition.
         source: of the policy.
         fingerprint: of the source when it was checked.
         label: of the rows.
@@ -48,7 +48,7 @@ class Job:
     """
 
     series: Series
-    arm: Arm
+    condition: Condition
     source: Source
     fingerprint: str
     label: Label
@@ -56,7 +56,7 @@ class Job:
     num_envs: int
     record: Path | None = None
 
-    def run(self) -> Iterator[Track]:
+    def run(self) -> Iterator[PoseLog]:
         """Tracks in the order in which the episodes end, trajectories saved.
 
         Raises:
@@ -64,16 +64,14 @@ class Job:
         """
         if self.source.fingerprint() != self.fingerprint:
             raise ValueError(f"{self.source.word} has changed since the run began: start it again")
-        params, keep = self.arm.params, self.record is not None
-        for track in loop.run(
-            self.source.make, params, self.seeds, self.num_envs, self.label, keep
-        ):
+        params, keep = self.condition.params, self.record is not None
+        for log in loop.run(self.source.make, params, self.seeds, self.num_envs, self.label, keep):
             if self.record is not None:
-                trajectories.save(self.record, track, params)
-            yield track
+                trajectories.save(self.record, log, params)
+            yield log
 
 
-def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, Track]]:
+def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, PoseLog]]:
     """Runs jobs; yields episodes as they end.
 
     Args:
@@ -85,8 +83,8 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, Track]]:
     """
     if workers == 0:
         for job in jobs:
-            for track in job.run():
-                yield job.series, track
+            for log in job.run():
+                yield job.series, log
         return
     todo = list(reversed(jobs))
     with _pool(min(workers, len(jobs))) as pool:
@@ -104,7 +102,7 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, Track]]:
                     connection.close()
 
 
-def _received(connection: Connection, process: BaseProcess) -> tuple[Series, Track] | None:
+def _received(connection: Connection, process: BaseProcess) -> tuple[Series, PoseLog] | None:
     """A finished episode, or None where a worker asks for a job."""
     with _alive(process):
         message: Any = connection.recv()
@@ -170,8 +168,8 @@ def _work(connection: Connection) -> None:
         except (EOFError, OSError):
             return  # Nothing is left to do, or nobody to do it for.
         try:
-            for track in job.run():
-                connection.send((job.series, track))
+            for log in job.run():
+                connection.send((job.series, log))
         except Exception:
             connection.send(traceback.format_exc())
             return

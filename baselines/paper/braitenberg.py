@@ -71,7 +71,7 @@ def wheel_speeds(
 ) -> tuple[Float, Float]:
     """Wheel speeds of the law (Eq 3, corrected; direction 0 gives Eq 1 itself, for any phi).
 
-    The turn rate (right - left) / track is -K sin(heading - desired heading), K = 2 beta / track.
+    The turn rate (right - left) / log is -K sin(heading - desired heading), K = 2 beta / log.
     Stable for K dt < 1 with the one-step delay of the printed law; no wheel reverses if beta <= S.
 
     Args:

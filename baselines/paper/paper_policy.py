@@ -27,7 +27,7 @@ import numpy as np
 
 from asv_env.geometry import direction, mirrored, wrap
 from asv_env.params import NOMINAL_LENGTH, TINY, EnvParams
-from asv_env.physics.autopilot import SCALE, Loops
+from asv_env.physics.autopilot import SCALE, Autopilot
 from asv_env.physics.thrusters import MIX
 from asv_env.tasks.formation import Relations, assign, relate
 from asv_env.types import (
@@ -159,7 +159,7 @@ class PaperPolicy:
         self._params, self._gains = params, gains
         self._attribution = attribution or nearest
         vessel, self._boat = params.hulls()
-        self._loops = Loops(self._boat)
+        self._autopilot = Autopilot(self._boat)
         self._mean_speed = float(np.clip(coasting_speed(vessel, IN_RANGE), *MEAN_SPEEDS))
 
     def act(
@@ -285,7 +285,13 @@ class PaperPolicy:
     def _idling(self, moves: Float) -> Float:
         """Tracking actions (W, A, 2) at which boats that move so hardly run their motors."""
         size = np.maximum(np.abs(moves), TINY)
-        return moves / SCALE * self._loops.gains * size / self._loops.demand_at_rest(size / SCALE)
+        return (
+            moves
+            / SCALE
+            * self._autopilot.gains
+            * size
+            / self._autopilot.demand_at_rest(size / SCALE)
+        )
 
     def _driven(self, bow: Complex, law: Float, moves: Float, memory: Memory) -> Float:
         """Thruster commands (W, A, 2) for the wheel speeds of one tick ago; keeps those of now."""
@@ -295,7 +301,7 @@ class PaperPolicy:
         wheels = braitenberg.wheel_speeds(np.angle(bow), alpha, sense, phi, speed, beta)
         (left, right), memory.wheels = np.moveaxis(memory.wheels, -1, 0), np.stack(wheels, -1)
         wanted = np.stack([(left + right) / 2, (right - left) / (2 * boat.lever_arm)], axis=-1)
-        demand = self._loops.demand_at_rest(wanted / SCALE) - self._loops.gains * moves
+        demand = self._autopilot.demand_at_rest(wanted / SCALE) - self._autopilot.gains * moves
         thrust = MIX * (demand[..., 0] + 1j * demand[..., 1])
         full = boat.thrust * np.where(_pairs(thrust) < 0, boat.astern, 1.0)
         return _pairs(thrust) / full

@@ -17,7 +17,7 @@ from baselines.reproduce.job import Job
 from baselines.reproduce.samples import rows_of
 
 THIN = 5
-"""Of a track's poses, one in so many is kept to look for crossings."""
+"""Of a log's poses, one in so many is kept to look for crossings."""
 
 
 def kept(boat: Complex, slot: Complex, working: Bool, before: Complex) -> Complex:
@@ -47,17 +47,17 @@ def compare(job: Job) -> list[dict[str, Any]]:
     """Crossings of ways and collisions on the approach, by how targets are attributed."""
     params, values = experiment("approach"), {}
     for condition, make_policy in ATTRIBUTIONS.items():
-        tracks = run(make_policy, params, job.seeds(job.episodes), condition)
+        logs = run(make_policy, params, job.seeds(job.episodes), condition)
         values[condition] = {
-            "closure reached": [float(t.episode.time_to_closure is not None) for t in tracks],
-            "crossings of ways": [crossings(before_closure(t, params)[::THIN]) for t in tracks],
-            "collisions": [float(t.episode.collisions) for t in tracks],
+            "closure reached": [float(t.episode.time_to_closure is not None) for t in logs],
+            "crossings of ways": [crossings(before_closure(t, params)[::THIN]) for t in logs],
+            "collisions": [float(t.episode.collisions) for t in logs],
         }
     return rows_of(values)
 
 
 def crossings(poses: Float) -> float:
-    """How often the ways of two boats of a track (T, B, 3) cross one another."""
+    """How often the ways of two boats of a log (T, B, 3) cross one another."""
     ways = poses[:, 1:, 0] + 1j * poses[:, 1:, 1]
     return sum(
         float(meet(ways[:, one], ways[:, other]).sum())

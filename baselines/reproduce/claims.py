@@ -18,7 +18,7 @@ from baselines.reproduce.experiments import before_closure, experiment, run, sim
 from baselines.reproduce.job import Job
 from baselines.reproduce.runs import noisy_paper
 from baselines.reproduce.samples import row, rows_of
-from baselines.rollout.episodes import Track
+from baselines.rollout.episodes import PoseLog
 
 ARC, WATCHED = np.pi / 2, 1.0
 """Turn of the arcs of the pivot, and the part of it on which the boat there is watched, rad."""
@@ -71,14 +71,14 @@ def equal_mass(job: Job) -> list[dict[str, Any]]:
     light = simulation("approach", vessel={"mass": equal.boat.mass})
     values = {}
     for condition, params in (("vessel = ten boats", equal), ("vessel = one boat", light)):
-        tracks = run(noisy_paper(job.seed), params, job.seeds(job.trials), condition)
-        turns = [np.degrees(largest_turn(before_closure(track, params))) for track in tracks]
+        logs = run(noisy_paper(job.seed), params, job.seeds(job.trials), condition)
+        turns = [np.degrees(largest_turn(before_closure(log, params))) for log in logs]
         values[condition] = {"largest turn before closure (deg)": turns}
     return rows_of(values)
 
 
 def largest_turn(poses: Float) -> float:
-    """Largest angle, rad, by which the vessel of a track (T, B, 3) is turned from its start."""
+    """Largest angle, rad, by which the vessel of a log (T, B, 3) is turned from its start."""
     return float(np.abs(wrap(poses[:, 0, 2] - poses[0, 0, 2])).max())
 
 
@@ -94,34 +94,34 @@ def pivot(job: Job) -> list[dict[str, Any]]:
         params = experiment("push", scenario="mismatch", goal=goal)
         asked = float(pushing.normal_speeds(narrow, 1 / radius, 1.0))
         condition = f"radius {radius:.2f} m: Eq. (16) asks {asked:.2f} S of the boat"
-        tracks = run(POLICIES["paper"], params, job.seeds(job.episodes), condition)
+        logs = run(POLICIES["paper"], params, job.seeds(job.episodes), condition)
         values[condition] = {
-            "off its circle, largest (cm)": [100 * off_circle(t, radius, narrow) for t in tracks],
-            "smallest distance (cm)": [nearest(t) for t in tracks],
+            "off its circle, largest (cm)": [100 * off_circle(t, radius, narrow) for t in logs],
+            "smallest distance (cm)": [nearest(t) for t in logs],
         }
     return rows_of(values)
 
 
-def off_circle(track: Track, radius: float, end: float) -> float:
+def off_circle(log: PoseLog, radius: float, end: float) -> float:
     """Largest distance, m, of the boat beyond the end from the circle that its slot describes.
 
     Args:
-        track: from the origin, on an arc about (radius, 0); until it has turned by ``WATCHED``.
+        log: from the origin, on an arc about (radius, 0); until it has turned by ``WATCHED``.
         radius: of the arc, m.
         end: position of the slot along the vessel, m.
     """
-    turned = np.unwrap(track.poses[:, 0, 2]) >= WATCHED
+    turned = np.unwrap(log.poses[:, 0, 2]) >= WATCHED
     until = int(turned.argmax()) + 1 if turned.any() else len(turned)
-    boats = track.poses[:until, 1:, :2]
+    boats = log.poses[:until, 1:, :2]
     boat = int(np.argmax(boats[0, :, 0]))
     distance = np.hypot(*(boats[:, boat] - (radius, 0.0)).T)
     return float(np.abs(distance - abs(radius - end)).max())
 
 
-def nearest(track: Track) -> float:
+def nearest(log: PoseLog) -> float:
     """Smallest distance of the vessel to its goal, cm."""
-    assert track.episode.min_position_error is not None
-    return 100 * track.episode.min_position_error
+    assert log.episode.min_position_error is not None
+    return 100 * log.episode.min_position_error
 
 
 # ---------------------------------------------------------------- a boat of each role missing
@@ -138,7 +138,7 @@ def missing_roles(job: Job) -> list[dict[str, Any]]:
         with_all = run(POLICIES[policy], whole, seeds, f"{policy}, all boats")
         with_less = run(POLICIES[policy], broken, seeds, f"{policy}, one boat dead")
         for measure, value in (
-            ("delivered", lambda track: float(track.episode.success)),
+            ("delivered", lambda log: float(log.episode.success)),
             ("smallest distance (cm)", nearest),
         ):
             rows.append(row(f"{policy}, all boats", measure, [value(t) for t in with_all], None))
@@ -159,6 +159,6 @@ def broken_world() -> EnvParams:
 
 def role_of_dead(params: EnvParams, seed: int) -> str:
     """Role of the boat that dies in an episode of Push: "end" or "inner"."""
-    start = starts.draw(params, np.random.default_rng(seed))
+    start = starts.sample(params, np.random.default_rng(seed))
     boat = int(np.argmax(start.failure_tick))
     return "end" if abs(start.motion[1 + boat, 0]) > params.vessel.length / 2 else "inner"

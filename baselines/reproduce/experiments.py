@@ -13,7 +13,7 @@ from asv_env.presets import make_params
 from asv_env.types import Float
 from baselines.policy import Policy
 from baselines.rollout import loop
-from baselines.rollout.episodes import TRACK_EVERY, Track
+from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
 MakePolicy = Callable[[EnvParams], Policy]
 WORLDS = 48
@@ -41,7 +41,9 @@ def simulation(task: str = "transport", num_boats: int = 10, **options: Any) -> 
     )
 
 
-def run(make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: str) -> list[Track]:
+def run(
+    make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: str
+) -> list[PoseLog]:
     """Tracks of the episodes with these seeds, in their order, with a progress bar.
 
     Args:
@@ -52,12 +54,12 @@ def run(make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: 
     """
     running = loop.run(make_policy, params, seeds, WORLDS)
     bar = tqdm(running, what, len(seeds), unit="episode", file=sys.stderr, leave=False, position=1)
-    return sorted(bar, key=lambda track: track.episode.seed)
+    return sorted(bar, key=lambda log: log.episode.seed)
 
 
-def before_closure(track: Track, params: EnvParams) -> Float:
-    """Poses (T, B, 3) of a track up to its first closure, or all where there is none."""
-    time = track.episode.time_to_closure
+def before_closure(log: PoseLog, params: EnvParams) -> Float:
+    """Poses (T, B, 3) of a log up to its first closure, or all where there is none."""
+    time = log.episode.time_to_closure
     if time is None:
-        return track.poses
-    return track.poses[: 1 + round(time * params.clock.control / TRACK_EVERY)]
+        return log.poses
+    return log.poses[: 1 + round(time * params.clock.control / POSE_LOG_EVERY)]

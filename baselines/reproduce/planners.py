@@ -112,7 +112,7 @@ def world(scenario: str) -> EnvParams:
 
 def goals(params: EnvParams, seeds: Sequence[int]) -> Float:
     """Goals (n, 3) that the episodes with these seeds have, m, m, rad."""
-    return np.array([starts.draw(params, np.random.default_rng(s)).goal for s in seeds])
+    return np.array([starts.sample(params, np.random.default_rng(s)).goal for s in seeds])
 
 
 def compare(job: Job) -> dict[str, Any]:
@@ -125,8 +125,8 @@ def compare(job: Job) -> dict[str, Any]:
         "episodes": {
             scenario: {
                 name: [
-                    asdict(track.episode)
-                    for track in run(
+                    asdict(log.episode)
+                    for log in run(
                         planner, world(scenario), job.seeds(job.episodes), f"{name}, {scenario}"
                     )
                 ]

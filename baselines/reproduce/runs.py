@@ -19,14 +19,14 @@ from baselines.policy import Policy
 from baselines.reproduce.definitions import ALPHA1
 from baselines.reproduce.experiments import MakePolicy, experiment, run, simulation
 from baselines.reproduce.job import Job
-from baselines.rollout.episodes import TRACK_EVERY, Track
+from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
 VARIANCE = 0.05
 """Of the paper's noise, without a unit there: taken as rad^2 for angles and cm^2 for x and y."""
 GOALS = (PAPER_GOAL, (0.6, 0.7, -1.6))
 """Of Fig. 7, m, m, rad: one below the vessel and one in y > 0."""
 PER_SECOND = 5
-"""Poses that are kept of a track."""
+"""Poses that are kept of a log."""
 
 
 class NoisySight:
@@ -91,10 +91,10 @@ def typical_run(make_policy: MakePolicy, params: EnvParams, job: Job, what: str)
         or None; ``times`` (T,) s and ``poses`` (T, B, 3) m, m, rad, boats in the order of their
         slots; ``goal`` (3,).
     """
-    tracks = run(make_policy, params, job.seeds(job.trials), what)
-    closed = [track for track in tracks if track.episode.time_to_closure is not None]
-    chosen = sorted(closed or tracks, key=_smallest_distance)[len(closed or tracks) // 2]
-    step = TRACK_EVERY / params.clock.control
+    logs = run(make_policy, params, job.seeds(job.trials), what)
+    closed = [log for log in logs if log.episode.time_to_closure is not None]
+    chosen = sorted(closed or logs, key=_smallest_distance)[len(closed or logs) // 2]
+    step = POSE_LOG_EVERY / params.clock.control
     every = max(1, round(1 / (PER_SECOND * step)))
     times, poses = np.arange(len(chosen.poses))[::every] * step, chosen.poses[::every]
     closure = chosen.episode.time_to_closure
@@ -102,7 +102,7 @@ def typical_run(make_policy: MakePolicy, params: EnvParams, job: Job, what: str)
     order = [0, *(1 + np.argsort(in_frame(poses[index, 1:], poses[index, 0])[:, 0]))]
     return {
         "seed": chosen.episode.seed,
-        "trials": len(tracks),
+        "trials": len(logs),
         "closed": len(closed),
         "closure": closure,
         "times": np.round(times, 3).tolist(),
@@ -111,8 +111,8 @@ def typical_run(make_policy: MakePolicy, params: EnvParams, job: Job, what: str)
     }
 
 
-def _smallest_distance(track: Track) -> float:
-    distance = track.episode.min_position_error
+def _smallest_distance(log: PoseLog) -> float:
+    distance = log.episode.min_position_error
     return np.inf if distance is None else distance
 
 

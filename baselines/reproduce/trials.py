@@ -27,8 +27,8 @@ def trials(job: Job) -> dict[str, dict[str, list[dict[str, Any]]]]:
     return {
         policy: {
             scenario: [
-                asdict(track.episode)
-                for track in run(
+                asdict(log.episode)
+                for log in run(
                     POLICIES[policy],
                     experiment(scenario=scenario),
                     job.seeds(max(job.trials, job.episodes)),

@@ -10,8 +10,8 @@ from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation
 from baselines.paper import dubins
 
-TRACK_EVERY = 2
-"""Control ticks between two poses of a recorded track."""
+POSE_LOG_EVERY = 2
+"""Control ticks between two poses of a recorded log."""
 
 
 @dataclass(frozen=True)
@@ -21,13 +21,13 @@ class Label:
     Attributes:
         policy: its name.
         training_seed: which of its trainings it comes from; None where there is one or none.
-        arm: the condition's name in its suite.
+        condition: the condition's name in its suite.
         scenario: what disturbed the world.
     """
 
     policy: str
     training_seed: int | None = None
-    arm: str = ""
+    condition: str = ""
     scenario: str = "nominal"
 
 
@@ -39,7 +39,7 @@ class Episode:
         seed: of the episode.
         policy: its name.
         training_seed: which of the policy's trainings it comes from.
-        arm: the condition's name in its suite.
+        condition: the condition's name in its suite.
         task: "approach", "push" or "transport".
         scenario: what disturbed the world.
         num_boats: team size.
@@ -67,7 +67,7 @@ class Episode:
     seed: int
     policy: str
     training_seed: int | None
-    arm: str
+    condition: str
     task: str
     scenario: str
     num_boats: int
@@ -132,13 +132,13 @@ class Trajectory:
 
 
 @dataclass(frozen=True)
-class Track:
+class PoseLog:
     """Where the hulls of one episode were.
 
     Attributes:
         episode: its row.
         poses: (T, B, 3) x m, y m, heading rad, row 0 of B the vessel; one every
-            ``TRACK_EVERY`` control ticks, and the last.
+            ``POSE_LOG_EVERY`` control ticks, and the last.
         goal: (3,) pose, m, m, rad.
         failed_at: (A,) time at which a boat's thrusters died, s; inf never.
         trajectory: all steps, where that was asked for.

@@ -21,7 +21,7 @@ from asv_env.simulation import Simulation
 from asv_env.types import Action, Bool, Float, Observation
 from baselines.policy import Policy
 from baselines.rollout import episodes
-from baselines.rollout.episodes import TRACK_EVERY, Label, Track, Trajectory
+from baselines.rollout.episodes import POSE_LOG_EVERY, Label, PoseLog, Trajectory
 
 UNNAMED = Label("unnamed")
 
@@ -45,7 +45,7 @@ def run(
     num_envs: int,
     label: Label = UNNAMED,
     record: bool = False,
-) -> Iterator[Track]:
+) -> Iterator[PoseLog]:
     """Runs one policy on the episodes of these seeds; yields them as they end.
 
     Args:
@@ -54,17 +54,17 @@ def run(
         seeds: one an episode.
         num_envs: worlds side by side.
         label: what the rows say of themselves.
-        record: whether tracks carry trajectories.
+        record: whether logs carry trajectories.
 
     Yields:
-        One track an episode, in the order in which they end.
+        One log an episode, in the order in which they end.
     """
     left = dict.fromkeys(seeds)
 
-    def some(seeds: Sequence[int], worlds: int) -> Iterator[Track]:
-        for track in _Worlds(make_policy, params, label, record).run(seeds, worlds):
-            del left[track.episode.seed]
-            yield track
+    def some(seeds: Sequence[int], worlds: int) -> Iterator[PoseLog]:
+        for log in _Worlds(make_policy, params, label, record).run(seeds, worlds):
+            del left[log.episode.seed]
+            yield log
 
     while left:
         try:
@@ -101,7 +101,7 @@ class _Worlds:
         self._policy, self._params = make_policy(params), params
         self._label, self._record = label, record
 
-    def run(self, seeds: Sequence[int], num_envs: int) -> Iterator[Track]:
+    def run(self, seeds: Sequence[int], num_envs: int) -> Iterator[PoseLog]:
         """See ``run``.
 
         Raises:
@@ -163,7 +163,7 @@ class _Worlds:
         """Keeps where all worlds are before a step."""
         tick = self._simulation.state.tick
         for world, log in enumerate(self._logs):
-            if tick[world] % TRACK_EVERY == 0:
+            if tick[world] % POSE_LOG_EVERY == 0:
                 self._keep_poses(world)
             if self._record:
                 self._keep_state(log, observation, world)
@@ -198,7 +198,7 @@ class _Worlds:
             for world, log in enumerate(self._logs):
                 log.add(action=np.clip(action[world], -1.0, 1.0), reward=reward[world])
 
-    def _track(self, seed: int, world: int, summary: dict[str, Any], error: str | None) -> Track:
+    def _track(self, seed: int, world: int, summary: dict[str, Any], error: str | None) -> PoseLog:
         ended = {key: value[world].item() for key, value in summary.items()}
         state, log = self._simulation.state, self._logs[world]
         goal = state.goal[world].copy()
@@ -211,7 +211,7 @@ class _Worlds:
             terminated = bool(self._simulation.ending.terminated[world])
             arrays = {name: np.array(values) for name, values in log.steps.items()}
             trajectory = Trajectory(**arrays, terminated=terminated)
-        return Track(episode, np.array(log.poses), goal, log.failed_at, trajectory)
+        return PoseLog(episode, np.array(log.poses), goal, log.failed_at, trajectory)
 
 
 def checked_action(action: Any, shape: tuple[int, ...]) -> Action:

@@ -37,14 +37,14 @@ from asv_env.params import EnvParams
 from asv_env.sensing import observation
 from baselines.learned.network import UNREADABLE
 from baselines.rollout import seeds
-from baselines.rollout.episodes import Episode, Track, Trajectory
+from baselines.rollout.episodes import Episode, PoseLog, Trajectory
 
 FOLDER = "trajectories"
 
 
-def folder(out: Path, arm: str, policy: str, training: int | None) -> Path:
+def folder(out: Path, condition: str, policy: str, training: int | None) -> Path:
     """Where the trajectories of some episodes lie, below a run's output folder."""
-    own = out / FOLDER / arm / policy
+    own = out / FOLDER / condition / policy
     return own if training is None else own / str(training)
 
 
@@ -73,25 +73,25 @@ def holds(folder: Path, row: Episode) -> bool:
         return False
 
 
-def save(folder: Path, track: Track, params: EnvParams) -> None:
-    """Writes the trajectory of a track, all at once; nothing of an episode with a policy error."""
-    if track.trajectory is None:
+def save(folder: Path, log: PoseLog, params: EnvParams) -> None:
+    """Writes the trajectory of a log, all at once; nothing of an episode with a policy error."""
+    if log.trajectory is None:
         return
-    arrays = {f.name: getattr(track.trajectory, f.name) for f in fields(Trajectory)}
+    arrays = {f.name: getattr(log.trajectory, f.name) for f in fields(Trajectory)}
     arrays["reward"] = arrays["reward"].astype(np.float32)
     told = {
-        "episode": asdict(track.episode),
-        "purpose": seeds.purpose(track.episode.seed),
+        "episode": asdict(log.episode),
+        "purpose": seeds.purpose(log.episode.seed),
         "observation_names": observation.NAMES,
         "observation_version": observation.VERSION,
         "action_mode": params.action_mode,
         "control_rate": params.clock.control,
     }
     folder.mkdir(parents=True, exist_ok=True)
-    part = folder / f"{track.episode.seed}.{os.getpid()}.part"
+    part = folder / f"{log.episode.seed}.{os.getpid()}.part"
     with part.open("wb") as file:
         np.savez_compressed(file, about=np.array(json.dumps(told)), **arrays)
-    part.replace(path(folder, track.episode.seed))
+    part.replace(path(folder, log.episode.seed))
 
 
 def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:

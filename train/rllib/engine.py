@@ -84,7 +84,7 @@ class Boats(ParallelPettingZooEnv):
             config.task,
             config.teams[0],
             scenario=scenario,
-            draw=Starts(config),
+            initial_states=Starts(config),
             clock=params.clock,
             task_params=params.task,
         )

@@ -73,7 +73,7 @@ class Worlds(VecEnv):
                     team,
                     scenario,
                     stagger=True,
-                    draw=Starts(config, self._midways[number], share),
+                    initial_states=Starts(config, self._midways[number], share),
                     with_state=config.critic == "central",
                     clock=params.clock,
                     sensors=params.sensors,

@@ -2,7 +2,7 @@
 
 Thousands of episodes of the scripted policies need not be run again for a policy that comes later.
 They are kept if the suite and the libraries are the same, and if the first of them, run again in
-every arm with the code as it is, come out the same but for rounding, which differs between
+every condition with the code as it is, come out the same but for rounding, which differs between
 processors. In a few it may have grown: a team that chases a vessel for minutes in moving water
 magnifies it. Other code would change them all, so most have to be the same, and the others have to
 end alike. The return does not count, whose weights may have changed.
@@ -42,7 +42,7 @@ def add(run: Path, published: Path, checked: int) -> None:
     Args:
         run: folder of a run of the same suite, with as many episodes or more.
         published: folder of the results.
-        checked: episodes of each arm and published policy that are run again.
+        checked: episodes of each condition and published policy that are run again.
 
     Raises:
         ValueError: they cannot be compared.
@@ -57,7 +57,7 @@ def add(run: Path, published: Path, checked: int) -> None:
             )
     if new["episodes"] < old["episodes"]:
         raise ValueError(
-            f"{run} has {new['episodes']} episodes of each arm, {published} {old['episodes']}: "
+            f"{run} has {new['episodes']} episodes of each condition, {published} {old['episodes']}: "
             f"run it with --episodes {old['episodes']}"
         )
     suite = SUITES[old["suite"]].first(old["episodes"])
@@ -77,24 +77,24 @@ def add(run: Path, published: Path, checked: int) -> None:
 
 
 def check(suite: Suite, results: Results, count: int) -> None:
-    """Runs the first episodes of every arm again.
+    """Runs the first episodes of every condition again.
 
     Raises:
         ValueError: half of them or more come out otherwise, or one of them ends otherwise.
     """
-    pairs = [(arm, policy) for arm in suite.arms for policy in results.policies]
-    for arm, policy in tqdm(pairs, desc="published episodes, run again"):
-        before = results.rows[arm.name, policy][0][:count]
-        label = Label(policy, None, arm.name, arm.scenario)
-        tracks = loop.run(
-            Source(policy).make, arm.params, [row.seed for row in before], count, label
+    pairs = [(condition, policy) for condition in suite.conditions for policy in results.policies]
+    for condition, policy in tqdm(pairs, desc="published episodes, run again"):
+        before = results.rows[condition.name, policy][0][:count]
+        label = Label(policy, None, condition.name, condition.scenario)
+        logs = loop.run(
+            Source(policy).make, condition.params, [row.seed for row in before], count, label
         )
-        again = {track.episode.seed: track.episode for track in tracks}
+        again = {log.episode.seed: log.episode for log in logs}
         other = [row for row in before if not _same(again[row.seed], row)]
         ends_otherwise = any(again[row.seed].cause != row.cause for row in other)
         if ends_otherwise or (other and 2 * len(other) >= len(before)):
             raise ValueError(
-                f"{policy}, {arm.name}: {len(other)} of {len(before)} episodes come out otherwise "
+                f"{policy}, {condition.name}: {len(other)} of {len(before)} episodes come out otherwise "
                 f"than published, seed {other[0].seed} among them; run all policies again"
             )
 

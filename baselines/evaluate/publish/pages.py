@@ -15,7 +15,7 @@ import numpy as np
 
 from asv_env.types import Float
 from baselines.evaluate import statistics
-from baselines.evaluate.conditions import Arm
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.publish import marks, model_cards
 from baselines.evaluate.report.markdown import grid
 from baselines.evaluate.results import Results, of_rows, read_csv
@@ -27,7 +27,7 @@ from baselines.learned import shipped
 FOLDER, README = Path("docs/results"), Path("README.md")
 START = "<!-- results: what follows is written by python -m baselines.evaluate.publish -->"
 END = "<!-- results: up to here -->"
-HEADS = ("arm", "what it is", "policy", "success", "difference", "distance [cm]", "time [s]")
+HEADS = ("condition", "what it is", "policy", "success", "difference", "distance [cm]", "time [s]")
 INTRODUCTION = """\
 # Results on the suites
 
@@ -53,58 +53,63 @@ def read(folder: Path) -> list[Results]:
 
 
 def overview(results: Sequence[Results]) -> str:
-    """A line a suite, in Markdown: mean success of each policy over the arms, and its worst arm."""
+    """A line a suite, in Markdown: mean success of each policy over the conditions, and its worst condition."""
     policies = list(dict.fromkeys(policy for one in results for policy in one.policies))
     lines = [
         [
             f"`{one.suite.name}`",
-            f"{len(one.suite.arms)} × {one.suite.episodes:,}",
+            f"{len(one.suite.conditions)} × {one.suite.episodes:,}",
             *(_overall(one, policy) if policy in one.policies else NOTHING for policy in policies),
         ]
         for one in results
     ]
-    return grid(["suite", "arms × episodes", *policies], lines, left=("suite",))
+    return grid(["suite", "conditions × episodes", *policies], lines, left=("suite",))
 
 
 def _overall(results: Results, policy: str) -> str:
-    """Mean success over the arms, and the worst of them."""
-    rates = {arm.name: results.success(arm.name, policy).mean() for arm in results.suite.arms}
+    """Mean success over the conditions, and the worst of them."""
+    rates = {
+        condition.name: results.success(condition.name, policy).mean()
+        for condition in results.suite.conditions
+    }
     worst = min(rates, key=rates.__getitem__)
     mean = formats.share(float(np.mean(list(rates.values()))))
     return f"{mean} (worst: {worst}, {formats.share(float(rates[worst]))})"
 
 
 def page(results: Sequence[Results]) -> str:
-    """All arms of all suites, in Markdown."""
+    """All conditions of all suites, in Markdown."""
     parts = [INTRODUCTION.strip()]
     for one in results:
         suite = one.suite
         command = f"python -m baselines.evaluate --suite {suite.name} --policies "
         command += f"{' '.join(one.policies)} --episodes {suite.episodes}"
-        lines = [_line(one, arm, name) for arm in suite.arms for name in one.policies]
+        lines = [
+            _line(one, condition, name) for condition in suite.conditions for name in one.policies
+        ]
         parts += [
             f"## {suite.name}",
-            f"{suite.about} {suite.episodes:,} episodes an arm.",
+            f"{suite.about} {suite.episodes:,} episodes a condition.",
             grid(HEADS, lines, left=HEADS[:3]),
             f"`{command} --out {FOLDER / suite.name}`",
         ]
     return "\n\n".join(parts) + "\n"
 
 
-def _line(results: Results, arm: Arm, policy: str) -> list[str]:
+def _line(results: Results, condition: Condition, policy: str) -> list[str]:
     first = results.policies[0]
-    success = results.success(arm.name, policy)
+    success = results.success(condition.name, policy)
     compared = NOTHING
     if policy != first:
-        estimate = statistics.difference_in_success(success, results.success(arm.name, first))
+        estimate = statistics.difference_in_success(success, results.success(condition.name, first))
         compared = formats.points(vars(estimate))
     return [
-        *([arm.name, arm.about] if policy == first else ["", ""]),
+        *([condition.name, condition.about] if policy == first else ["", ""]),
         policy,
         formats.share_estimate(vars(statistics.proportion(success))),
         compared,
-        _median(results.column(arm.name, policy, "min_position_error"), "cm", 100.0),
-        _median(results.column(arm.name, policy, "time_to_goal"), "s"),
+        _median(results.column(condition.name, policy, "min_position_error"), "cm", 100.0),
+        _median(results.column(condition.name, policy, "time_to_goal"), "s"),
     ]
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from baselines.evaluate.conditions import Arm
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report import charts, document, markdown, replay, svg
 from baselines.evaluate.report.document import Section
 from baselines.evaluate.report.replay import Player
@@ -29,8 +29,8 @@ def write(
         out: folder of the run.
         results: all rows.
         summary: as in ``summary.json``.
-        store: with the tracks of the episodes.
-        replays: number of first episodes of each arm that can be watched in the page; up to as
+        store: with the logs of the episodes.
+        replays: number of first episodes of each condition that can be watched in the page; up to as
             many again are added in which a policy failed.
 
     Returns:
@@ -38,8 +38,8 @@ def write(
     """
     players, floor = replay.players(results), replay.floor(summary["policies"])
     sections = {
-        arm.name: _section(results, store, arm, number, players, floor, replays)
-        for number, arm in enumerate(results.suite.arms)
+        condition.name: _section(results, store, condition, number, players, floor, replays)
+        for number, condition in enumerate(results.suite.conditions)
     }
     seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
     colours = charts.colours(results.policies)
@@ -58,15 +58,15 @@ def write(
 def _section(
     results: Results,
     store: Store,
-    arm: Arm,
+    condition: Condition,
     number: int,
     players: list[Player],
     floor: list[str],
     replays: int,
 ) -> Section:
-    """What the page has of the ``number``-th arm."""
-    seeds = replay.chosen(results, arm.name, floor, replays)
-    found = replay.tracks(store, arm.name, players, seeds)
+    """What the page has of the ``number``-th condition."""
+    seeds = replay.chosen(results, condition.name, floor, replays)
+    found = replay.logs(store, condition.name, players, seeds)
     shown = {
         policy: [t for p in players if p.policy == policy for t in found[p.key].values()]
         for policy in results.policies
@@ -74,7 +74,7 @@ def _section(
     judged = [p.key for p in players if p.policy not in floor] or list(found)
     with svg.look():
         drawn = [
-            document.drawn(chart, f"arm-{number}-{chart.name}")
-            for chart in charts.of_arm(results, arm, shown)
+            document.drawn(chart, f"condition-{number}-{chart.name}")
+            for chart in charts.of_condition(results, condition, shown)
         ]
-    return Section(drawn, replay.episodes(arm, found, seeds, judged))
+    return Section(drawn, replay.episodes(condition, found, seeds, judged))

@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.render.scene import outline
 from asv_env.types import Float
-from baselines.evaluate.conditions import Arm
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report import figures, maps, palette
 from baselines.evaluate.report.figures import Colours
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import formats
 from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION
-from baselines.rollout.episodes import Track
+from baselines.rollout.episodes import PoseLog
 
 ORIGIN = np.zeros(3)
 """Where every vessel begins."""
@@ -50,23 +50,25 @@ def colours(policies: Sequence[str]) -> Colours:
 
 
 def overview(results: Results, summary: Mapping[str, Any]) -> Chart:
-    """Success of each policy in each arm."""
-    arms = _grouped(results.suite.arms)
+    """Success of each policy in each condition."""
+    conditions = _grouped(results.suite.conditions)
     shares = {
-        policy: np.array([_bounds(summary["arms"][arm.name], policy) for arm in arms])
+        policy: np.array(
+            [_bounds(summary["conditions"][condition.name], policy) for condition in conditions]
+        )
         for policy in results.policies
     }
-    controls = [arm.control for arm in arms]
+    controls = [condition.control for condition in conditions]
     caption = "Share of episodes in which the task was done, with its 95 % interval."
     if any(controls):
         caption += (
-            " Bold: control arms; an arm below one is the same with a disturbance. The thin "
+            " Bold: control conditions; a condition below one is the same with a disturbance. The thin "
             "upright strokes stand where the same policy stands in the control."
         )
     drawn = figures.overview(
-        [arm.name for arm in arms], controls, shares, colours(results.policies)
+        [condition.name for condition in conditions], controls, shares, colours(results.policies)
     )
-    return Chart("overview", "Success in every arm", drawn, caption, wide=True)
+    return Chart("overview", "Success in every condition", drawn, caption, wide=True)
 
 
 def _bounds(entry: Mapping[str, Any], policy: str) -> list[float]:
@@ -74,62 +76,68 @@ def _bounds(entry: Mapping[str, Any], policy: str) -> list[float]:
     return [success["value"], success["low"], success["high"]]
 
 
-def _grouped(arms: Sequence[Arm]) -> list[Arm]:
-    """Every disturbed arm after its control, else in their order."""
-    names = {arm.name for arm in arms}
-    heads = [arm for arm in arms if arm.control not in names]
-    return [one for head in heads for one in (head, *(a for a in arms if a.control == head.name))]
+def _grouped(conditions: Sequence[Condition]) -> list[Condition]:
+    """Every disturbed condition after its control, else in their order."""
+    names = {condition.name for condition in conditions}
+    heads = [condition for condition in conditions if condition.control not in names]
+    return [
+        one for head in heads for one in (head, *(a for a in conditions if a.control == head.name))
+    ]
 
 
-def of_arm(results: Results, arm: Arm, tracks: Mapping[str, Sequence[Track]]) -> Iterator[Chart]:
-    """The figures of one arm.
+def of_condition(
+    results: Results, condition: Condition, logs: Mapping[str, Sequence[PoseLog]]
+) -> Iterator[Chart]:
+    """The figures of one condition.
 
     Args:
         results: of all.
-        arm: one of them.
-        tracks: by policy, of the episodes that are replayed.
+        condition: one of them.
+        logs: by policy, of the episodes that are replayed.
     """
-    yield _profile(results, arm)
-    yield _times(results, arm)
-    failed = _failures(results, arm)
+    yield _profile(results, condition)
+    yield _times(results, condition)
+    failed = _failures(results, condition)
     if failed is not None:
         yield failed
-    if arm.task != "approach":
-        yield _clouds(results, arm)
-        if arm.params.task.goal is None and results.suite.episodes > 1:
-            yield _goals(results, arm)
-        if any(tracks.values()):
-            yield _ways(results, arm, tracks)
+    if condition.task != "approach":
+        yield _clouds(results, condition)
+        if condition.params.task.goal is None and results.suite.episodes > 1:
+            yield _goals(results, condition)
+        if any(logs.values()):
+            yield _ways(results, condition, logs)
 
 
-def _profile(results: Results, arm: Arm) -> Chart:
-    scores = {policy: results.scores(arm.name, policy) for policy in results.policies}
+def _profile(results: Results, condition: Condition) -> Chart:
+    scores = {policy: results.scores(condition.name, policy) for policy in results.policies}
     caption = (
         "Share of the episodes that are done within a time; failures never are. Bands: 95 % "
         "intervals (Wilson's), each of one time on its own, from the first success on."
     )
-    figure = figures.profile(scores, _limit(arm), colours(results.policies))
+    figure = figures.profile(scores, _limit(condition), colours(results.policies))
     return Chart("profile", "Done within a time", figure, caption)
 
 
-def _times(results: Results, arm: Arm) -> Chart:
+def _times(results: Results, condition: Condition) -> Chart:
     column, label = ("time_to_goal", "time to goal")
-    if arm.task == "approach":
+    if condition.task == "approach":
         column, label = ("time_to_closure", "time to closure")
-    durations = {policy: results.column(arm.name, policy, column) for policy in results.policies}
+    durations = {
+        policy: results.column(condition.name, policy, column) for policy in results.policies
+    }
     caption = (
         f"The {label} of the episodes that have one, whose number stands at the right. Dots: "
         "episodes (their height means nothing); below them the median (ring) and the range of the "
         "middle 50 % (thick) and 90 % (thin)."
     )
-    figure = figures.times(durations, label, _limit(arm), colours(results.policies))
+    figure = figures.times(durations, label, _limit(condition), colours(results.policies))
     return Chart("times", label.capitalize(), figure, caption)
 
 
-def _failures(results: Results, arm: Arm) -> Chart | None:
+def _failures(results: Results, condition: Condition) -> Chart | None:
     """Why episodes failed; None where none did."""
     rows = {
-        policy: [row for training in results.rows[arm.name, policy] for row in training]
+        policy: [row for training in results.rows[condition.name, policy] for row in training]
         for policy in results.policies
     }
     counts = {
@@ -146,12 +154,15 @@ def _failures(results: Results, arm: Arm) -> Chart | None:
     return Chart("failures", "Failures by cause", figure, caption, wide=True)
 
 
-def _clouds(results: Results, arm: Arm) -> Chart:
-    task, alike = arm.params.task, arm.params.vessel.length == NOMINAL_LENGTH
+def _clouds(results: Results, condition: Condition) -> Chart:
+    task, alike = condition.params.task, condition.params.vessel.length == NOMINAL_LENGTH
     figure = maps.clouds(
-        {p: 100 * results.column(arm.name, p, "min_position_error") for p in results.policies},
-        {p: results.column(arm.name, p, "heading_error_at_min") for p in results.policies},
-        {p: results.success(arm.name, p) for p in results.policies},
+        {
+            p: 100 * results.column(condition.name, p, "min_position_error")
+            for p in results.policies
+        },
+        {p: results.column(condition.name, p, "heading_error_at_min") for p in results.policies},
+        {p: results.success(condition.name, p) for p in results.policies},
         (100 * task.position_tolerance, task.heading_tolerance),
         (PAPER_POSITION, PAPER_HEADING) if alike else None,
         colours(results.policies),
@@ -173,12 +184,12 @@ def _given(pair: tuple[float, float]) -> str:
     return f"{pair[0]:g} ± {pair[1]:g}".replace(formats.HYPHEN, formats.MINUS)
 
 
-def _goals(results: Results, arm: Arm) -> Chart:
+def _goals(results: Results, condition: Condition) -> Chart:
     first = results.policies[0]
     places = np.stack(
-        [results.column(arm.name, first, name)[0] for name in ("goal_x", "goal_y")], axis=-1
+        [results.column(condition.name, first, name)[0] for name in ("goal_x", "goal_y")], axis=-1
     )
-    success = {policy: results.success(arm.name, policy) for policy in results.policies}
+    success = {policy: results.success(condition.name, policy) for policy in results.policies}
     caption = "Where the goals were, seen from the vessel where it began (grey, to scale). "
     if len(places) > maps.SCATTERED:
         caption += (
@@ -189,22 +200,22 @@ def _goals(results: Results, arm: Arm) -> Chart:
     if any(len(table) > 1 for table in success.values()):
         caption += " Of several trainings their mean counts."
     figure = maps.goals(
-        places, success, _vessel(arm.params, ORIGIN),
-        max(arm.params.task.goal_distance[1], float(np.abs(places).max())),
+        places, success, _vessel(condition.params, ORIGIN),
+        max(condition.params.task.goal_distance[1], float(np.abs(places).max())),
         colours(results.policies),
     )  # fmt: skip
     return Chart("goals", "Success by place of the goal", figure, caption, wide=True)
 
 
-def _ways(results: Results, arm: Arm, tracks: Mapping[str, Sequence[Track]]) -> Chart:
-    paths = {policy: [track.poses[:, 0, :2] for track in some] for policy, some in tracks.items()}
-    done = {policy: [track.episode.success for track in some] for policy, some in tracks.items()}
-    goal = None if arm.params.task.goal is None else np.array(arm.params.task.goal)
+def _ways(results: Results, condition: Condition, logs: Mapping[str, Sequence[PoseLog]]) -> Chart:
+    paths = {policy: [log.poses[:, 0, :2] for log in some] for policy, some in logs.items()}
+    done = {policy: [log.episode.success for log in some] for policy, some in logs.items()}
+    goal = None if condition.params.task.goal is None else np.array(condition.params.task.goal)
     figure = maps.ways(
         paths,
         done,
-        _vessel(arm.params, ORIGIN),
-        None if goal is None else _vessel(arm.params, goal),
+        _vessel(condition.params, ORIGIN),
+        None if goal is None else _vessel(condition.params, goal),
         colours(results.policies),
     )
     caption = (
@@ -215,8 +226,8 @@ def _ways(results: Results, arm: Arm, tracks: Mapping[str, Sequence[Track]]) -> 
     return Chart("ways", "Where the vessel went", figure, caption, wide=True)
 
 
-def _limit(arm: Arm) -> float:
-    limit = arm.params.task.time_limit
+def _limit(condition: Condition) -> float:
+    limit = condition.params.task.time_limit
     assert limit is not None
     return limit
 

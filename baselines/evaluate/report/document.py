@@ -19,7 +19,7 @@ from baselines.evaluate.tables.table import Table
 
 @dataclass(frozen=True)
 class Section:
-    """What a page has of one arm.
+    """What a page has of one condition.
 
     Attributes:
         charts: drawn, as HTML.
@@ -42,7 +42,7 @@ def document(
         results: of all.
         summary: of them.
         world: of the replay; see ``replay.world``.
-        sections: by arm.
+        sections: by condition.
     """
     colours = charts.colours(results.policies)
     comparison = _comparison(results, summary, colours)
@@ -58,8 +58,8 @@ def document(
         overview=overview,
         nav=_nav(comparison),
         comparison=comparison,
-        arms="".join(
-            _arm(results, summary, number, name, section, colours)
+        conditions="".join(
+            _condition(results, summary, number, name, section, colours)
             for number, (name, section) in enumerate(sections.items())
         ),
         broken=_broken(results),
@@ -69,7 +69,7 @@ def document(
         script=_file("stage.js") + _file("replay.js"),
         world=markup.data(world),
         episodes="".join(
-            f'<script type="application/json" data-arm="{markup.text(name)}">'
+            f'<script type="application/json" data-condition="{markup.text(name)}">'
             f"{markup.data(section.episodes)}</script>\n"
             for name, section in sections.items()
         ),
@@ -88,7 +88,7 @@ def _file(name: str) -> str:
 
 def _nav(comparison: str) -> str:
     """Links to the parts of the page."""
-    parts = ("results", "comparison", "arms", "replay", "methods")
+    parts = ("results", "comparison", "conditions", "replay", "methods")
     return "".join(
         f'<a href="#{part}">{part.capitalize()}</a>'
         for part in parts
@@ -123,7 +123,7 @@ def _table(shown: Table, name: str, colours: Colours, first: str = "") -> str:
 
 
 def _comparison(results: Results, summary: Mapping[str, Any], colours: Colours) -> str:
-    """Policies beside the first, and disturbed arms beside their controls."""
+    """Policies beside the first, and disturbed conditions beside their controls."""
     first, parts = results.policies[0], []
     compared = table.comparisons(summary)
     if compared.rows:
@@ -139,7 +139,7 @@ def _comparison(results: Results, summary: Mapping[str, Any], colours: Colours) 
     return f'<section id="comparison"><h2>Comparison</h2>{"".join(parts)}</section>'
 
 
-def _arm(
+def _condition(
     results: Results,
     summary: Mapping[str, Any],
     number: int,
@@ -147,23 +147,23 @@ def _arm(
     section: Section,
     colours: Colours,
 ) -> str:
-    """One arm, folded but for the first."""
+    """One condition, folded but for the first."""
     shares = "".join(
         f'<span class="share">{markup.swatch(policy, colours)} '
         f"<b>{formats.share(found['success']['value'])}</b></span>"
-        for policy, found in summary["arms"][name]["policies"].items()
+        for policy, found in summary["conditions"][name]["policies"].items()
     )
-    about = markup.prose(words.arms(results)[name])
+    about = markup.prose(words.conditions(results)[name])
     numbers = markup.table(
-        table.of_arm(summary, name),
+        table.of_condition(summary, name),
         colours,
         "Medians and IQM with their 95 % intervals.",
-        f"table-arm-{number}",
+        f"table-condition-{number}",
     )
-    link = f' <a class="watch" href="#arm={markup.address(name)}">Watch episodes of this arm</a>'
+    link = f' <a class="watch" href="#condition={markup.address(name)}">Watch episodes of this condition</a>'
     watch = link if section.episodes["seeds"] else ""
     return (
-        f'<details class="arm" id="arm-{number}"{" open" if number == 0 else ""}>'
+        f'<details class="condition" id="condition-{number}"{" open" if number == 0 else ""}>'
         f"<summary><h3>{markup.text(name)}</h3>"
         f'<span class="shares">{shares}</span></summary>'
         f'<p class="about">{about}.{watch}</p>'
@@ -189,9 +189,9 @@ def _embedded(results: Results, sections: Mapping[str, Section]) -> str:
     numbers = [len(section.episodes["seeds"]) for section in sections.values()]
     low, high, count = min(numbers), max(numbers), results.suite.episodes
     if low == count:
-        return f"All episodes of every arm are in this page ({count} of {count})."
+        return f"All episodes of every condition are in this page ({count} of {count})."
     some = f"{low}" if low == high else f"{low} to {high}"
     return (
-        f"{some} of {count} episodes of an arm are in this page, the first ones and some in which "
+        f"{some} of {count} episodes of a condition are in this page, the first ones and some in which "
         "a policy failed; --replays N embeds more."
     )

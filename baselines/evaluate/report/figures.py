@@ -37,37 +37,37 @@ Colours = Mapping[str, str]
 
 
 def overview(
-    arms: Sequence[str],
+    conditions: Sequence[str],
     controls: Sequence[str | None],
     shares: Mapping[str, Float],
     colours: Colours,
 ) -> Figure:
-    """Success of every policy in every arm.
+    """Success of every policy in every condition.
 
     Args:
-        arms: names, a disturbed one after its control.
-        controls: of each arm; None of one that is not disturbed.
+        conditions: names, a disturbed one after its control.
+        controls: of each condition; None of one that is not disturbed.
         shares: by policy (A, 3): success and the bounds of its interval.
         colours: by policy.
     """
     step = 0.2
     tall = step * len(shares) + 0.16
-    figure, axes = _axes(WIDE, 0.9 + tall * len(arms))
+    figure, axes = _axes(WIDE, 0.9 + tall * len(conditions))
     for number, (policy, share) in enumerate(shares.items()):
         offset = (number - (len(shares) - 1) / 2) * step / tall
-        rows = np.arange(len(arms)) + offset
+        rows = np.arange(len(conditions)) + offset
         value, low, high = 100 * share.T
         axes.hlines(rows, low, high, color=colours[policy], lw=1.8, alpha=0.55, clip_on=False)
         axes.plot(
             value, rows, MARKS[number % len(MARKS)], color=colours[policy], ms=5.0, mew=0.0,
             label=policy, clip_on=False, zorder=3,
         )  # fmt: skip
-        _control_lines(axes, arms, controls, value, offset, colours[policy])
+        _control_lines(axes, conditions, controls, value, offset, colours[policy])
     _separate(axes, controls)
-    axes.set_yticks(np.arange(len(arms)), arms)
+    axes.set_yticks(np.arange(len(conditions)), conditions)
     for label, control in zip(axes.get_yticklabels(), controls, strict=True):
         label.set_fontweight("bold" if any(controls) and control is None else "normal")
-    axes.set_ylim(len(arms) - 0.5, -0.5)
+    axes.set_ylim(len(conditions) - 0.5, -0.5)
     axes.grid(visible=False, axis="y")
     axes.set(xlim=PERCENT, xticks=FIFTHS, xlabel="success [%]")
     _legend(figure, axes)
@@ -76,21 +76,21 @@ def overview(
 
 def _control_lines(
     axes: Axes,
-    arms: Sequence[str],
+    conditions: Sequence[str],
     controls: Sequence[str | None],
     values: Float,
     offset: float,
     colour: str,
 ) -> None:
-    """Beside every disturbed arm, where the policy stands in its control."""
+    """Beside every disturbed condition, where the policy stands in its control."""
     for row, control in enumerate(controls):
-        if control in arms:
-            there = values[arms.index(control)]
+        if control in conditions:
+            there = values[conditions.index(control)]
             axes.vlines(there, row + offset - 0.09, row + offset + 0.09, color=colour, lw=0.9)
 
 
 def _separate(axes: Axes, controls: Sequence[str | None]) -> None:
-    """A line between two arms, a stronger one above a control."""
+    """A line between two conditions, a stronger one above a control."""
     for row, control in list(enumerate(controls))[1:]:
         strong = any(controls) and control is None
         axes.axhline(row - 0.5, color=palette.GREY if strong else palette.PALE, lw=0.8)

@@ -29,9 +29,9 @@ def document(results: Results, summary: Mapping[str, Any]) -> str:
     disturbed = table.controls(summary)
     if disturbed.rows:
         parts += ["## Compared with the control", *_shown(disturbed, "controls")]
-    parts += ["## Arms"]
-    for name, about in words.arms(results).items():
-        parts += [f"### {name}", f"{about}.", markdown(table.of_arm(summary, name))]
+    parts += ["## Conditions"]
+    for name, about in words.conditions(results).items():
+        parts += [f"### {name}", f"{about}.", markdown(table.of_condition(summary, name))]
     lines = words.broken(results)
     if lines:
         parts += ["## Broken episodes", words.BROKEN, _list(lines)]

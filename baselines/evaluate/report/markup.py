@@ -15,8 +15,8 @@ from baselines.evaluate.tables.columns import Column
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import Table
 
-SPANNING = ("arm", "control")
-"""Heads of columns whose cells hold for all lines of an arm."""
+SPANNING = ("condition", "control")
+"""Heads of columns whose cells hold for all lines of a condition."""
 
 
 def text(words: str) -> str:
@@ -52,7 +52,7 @@ def facts(pairs: Iterable[tuple[str, str]]) -> str:
 
 
 def table(shown: Table, colours: Colours, caption: str, name: str) -> str:
-    """A table; lines of the same arm have its name in common.
+    """A table; lines of the same condition have its name in common.
 
     Args:
         shown: its cells.

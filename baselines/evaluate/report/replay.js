@@ -4,10 +4,10 @@
   const PATIENCE = 250; // ms before the address is changed
 
   const part = (name) => document.querySelector(`[data-replay="${name}"]`);
-  const arms = Object.fromEntries(world.arms.map((arm) => [arm.name, arm]));
+  const conditions = Object.fromEntries(world.conditions.map((condition) => [condition.name, condition]));
   const players = Object.fromEntries(world.players.map((player) => [player.key, player]));
   const control = Object.fromEntries(
-    ["arm", "seed", "left", "right", "speed", "view", "time", "play", "clock"].map(
+    ["condition", "seed", "left", "right", "speed", "view", "time", "play", "clock"].map(
       (name) => [name, part(name)],
     ),
   );
@@ -22,19 +22,19 @@
 
   const blocks = {};
 
-  /** The episodes of an arm, parsed when they are first wanted. */
-  function episodes(arm) {
-    if (!blocks[arm]) {
-      const all = [...document.querySelectorAll("script[data-arm]")];
-      const found = all.find((script) => script.dataset.arm === arm);
-      blocks[arm] = JSON.parse(found.textContent);
+  /** The episodes of a condition, parsed when they are first wanted. */
+  function episodes(condition) {
+    if (!blocks[condition]) {
+      const all = [...document.querySelectorAll("script[data-condition]")];
+      const found = all.find((script) => script.dataset.condition === condition);
+      blocks[condition] = JSON.parse(found.textContent);
     }
-    return blocks[arm];
+    return blocks[condition];
   }
 
   /** What a player did in an episode, or null if it is not in the page. */
-  function take(arm, seed, key) {
-    const block = episodes(arm);
+  function take(condition, seed, key) {
+    const block = episodes(condition);
     return block.takes[key]?.[block.seeds.indexOf(seed)] ?? null;
   }
 
@@ -109,16 +109,16 @@
     select.value = chosen;
   }
 
-  /** The episodes of an arm, first those in which a policy failed that need not. */
+  /** The episodes of a condition, first those in which a policy failed that need not. */
   function listSeeds(chosen) {
-    const arm = control.arm.value;
-    const block = episodes(arm);
+    const condition = control.condition.value;
+    const block = episodes(condition);
     const none = ["No policy", world.floor.join(" and ")].filter(Boolean).join(" but ");
     const groups = [["A policy", true], [none, false]].map(([who, failed]) => {
       const group = document.createElement("optgroup");
       const seeds = block.seeds.filter((_, k) => block.failed[k] === failed);
       group.label = `${who} failed (${seeds.length})`;
-      group.append(...seeds.map((seed) => new Option(told(arm, seed), seed)));
+      group.append(...seeds.map((seed) => new Option(told(condition, seed), seed)));
       return group;
     });
     control.seed.replaceChildren(...groups.filter((group) => group.children.length));
@@ -126,9 +126,9 @@
   }
 
   /** An episode and what became of it, policy by policy. */
-  function told(arm, seed) {
+  function told(condition, seed) {
     const marks = world.policies.map(({ name, keys }) => {
-      const found = keys.map((key) => take(arm, seed, key)).filter(Boolean);
+      const found = keys.map((key) => take(condition, seed, key)).filter(Boolean);
       const done = found.filter(({ success }) => success).length;
       if (keys.length > 1) return `${name} ${done}/${found.length}`;
       return found.length ? `${name} ${done ? "✓" : "✗"}` : "";
@@ -137,18 +137,18 @@
   }
 
   /** The film that a side is to show, or null. */
-  async function load(arm, seed, key) {
-    const found = key === NONE ? null : take(arm, seed, key);
+  async function load(condition, seed, key) {
+    const found = key === NONE ? null : take(condition, seed, key);
     if (!found) return null;
-    return { arm: arms[arm], player: players[key], take: found, poses: await unpack(found) };
+    return { condition: conditions[condition], player: players[key], take: found, poses: await unpack(found) };
   }
 
   /** Shows what the controls say, from a time on. */
   async function show(time) {
     const choice = (state.choice += 1);
-    const [arm, seed] = [control.arm.value, Number(control.seed.value)];
+    const [condition, seed] = [control.condition.value, Number(control.seed.value)];
     const loaded = await Promise.all(
-      sides.map(({ name }) => load(arm, seed, control[name].value)),
+      sides.map(({ name }) => load(condition, seed, control[name].value)),
     );
     if (choice !== state.choice) return; // another choice has been made meanwhile
     sides.forEach((side, k) => {
@@ -177,7 +177,7 @@
   }
 
   function drawLanes() {
-    const lanes = films().map(({ arm, take, player }) => {
+    const lanes = films().map(({ condition, take, player }) => {
       const lane = document.createElement("div");
       lane.className = "lane";
       lane.style.setProperty("--colour", player.colour);
@@ -188,7 +188,7 @@
         span.style.width = `${100 * (to - from) / state.end}%`;
         lane.append(span);
       };
-      const held = arm.task === "push" ? 0 : take.closure ?? take.end;
+      const held = condition.task === "push" ? 0 : take.closure ?? take.end;
       bar("before", 0, held);
       bar("after", held, take.end);
       return lane;
@@ -202,7 +202,7 @@
   function remember() {
     clearTimeout(state.timer);
     state.timer = setTimeout(() => {
-      const words = ["arm", "seed", "left", "right"].map((name) => [name, control[name].value]);
+      const words = ["condition", "seed", "left", "right"].map((name) => [name, control[name].value]);
       words.push(["t", state.time.toFixed(1)]);
       if (control.view.value !== "all") words.push(["view", control.view.value]);
       history.replaceState(null, "", `#${new URLSearchParams(words)}`);
@@ -212,8 +212,8 @@
   /** Sets the controls as the address says; whether it says anything of the replay. */
   async function recall() {
     const words = new URLSearchParams(location.hash.slice(1));
-    const chosen = words.has("arm");
-    for (const name of ["arm", "left", "right", "view"]) {
+    const chosen = words.has("condition");
+    for (const name of ["condition", "left", "right", "view"]) {
       const values = [...control[name].options].map(({ value }) => value);
       if (values.includes(words.get(name))) control[name].value = words.get(name);
     }
@@ -256,8 +256,8 @@
 
   function fill() {
     const labels = world.players.map(({ key, label }) => [key, label]);
-    const about = world.arms.map((arm) => [arm.name, [arm.name, arm.about].filter(Boolean)]);
-    options(control.arm, about.map(([name, words]) => [name, words.join(": ")]), about[0][0]);
+    const about = world.conditions.map((condition) => [condition.name, [condition.name, condition.about].filter(Boolean)]);
+    options(control.condition, about.map(([name, words]) => [name, words.join(": ")]), about[0][0]);
     options(control.left, labels, labels[0][0]);
     options(control.right, [...labels, [NONE, "none"]], labels[1]?.[0] ?? NONE);
     part("root").hidden = false;
@@ -272,8 +272,8 @@
   }
 
   function listen() {
-    control.arm.addEventListener("change", () => listSeeds(Number(control.seed.value)));
-    for (const name of ["arm", "seed", "left", "right"]) {
+    control.condition.addEventListener("change", () => listSeeds(Number(control.seed.value)));
+    for (const name of ["condition", "seed", "left", "right"]) {
       control[name].addEventListener("change", choose);
     }
     control.view.addEventListener("change", () => seek(state.time));
@@ -290,13 +290,13 @@
       shown.addEventListener("click", () => play(!state.playing));
     }
     window.addEventListener("hashchange", () => {
-      if (!location.hash.includes("arm=")) return;
+      if (!location.hash.includes("condition=")) return;
       play(false);
       follow();
     });
   }
 
-  if (world.arms.some(({ embedded }) => embedded)) {
+  if (world.conditions.some(({ embedded }) => embedded)) {
     fill();
     listen();
     follow();

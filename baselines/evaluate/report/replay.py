@@ -17,12 +17,12 @@ import numpy as np
 from asv_env.params import EnvParams
 from asv_env.render import scene
 from asv_env.types import Float
-from baselines.evaluate.conditions import Arm
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report.figures import Colours
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.tables import formats
-from baselines.rollout.episodes import TRACK_EVERY, Episode, Track
+from baselines.rollout.episodes import POSE_LOG_EVERY, Episode, PoseLog
 
 RATE = 2.5
 """Poses a second that are kept, about; those between are interpolated."""
@@ -55,10 +55,10 @@ class Player:
 
 def players(results: Results) -> list[Player]:
     """All that can be shown."""
-    arm = results.suite.arms[0].name
+    condition = results.suite.conditions[0].name
     found = []
     for policy in results.policies:
-        trainings = len(results.rows[arm, policy])
+        trainings = len(results.rows[condition, policy])
         found += [
             Player(policy, number, f"{policy}-{number}", f"{policy}, training {number}")
             if trainings > 1
@@ -68,19 +68,19 @@ def players(results: Results) -> list[Player]:
     return found
 
 
-def chosen(results: Results, arm: str, floor: Sequence[str], number: int) -> list[int]:
+def chosen(results: Results, condition: str, floor: Sequence[str], number: int) -> list[int]:
     """Seeds of the episodes to embed, in order.
 
     Args:
         results: of all.
-        arm: its name.
+        condition: its name.
         floor: policies that are expected to fail.
         number: of first episodes; as many again are added in which a policy failed.
     """
     seeds = list(results.suite.seeds)
     first = set(seeds[:number])
     judged = [policy for policy in results.policies if policy not in floor]
-    success = np.concatenate([results.success(arm, p) for p in judged or results.policies])
+    success = np.concatenate([results.success(condition, p) for p in judged or results.policies])
     failed = [seed for seed, done in zip(seeds, success.T, strict=True) if not done.all()]
     later = [seed for seed in failed if seed not in first]
     return sorted({*first, *later[:number]})
@@ -91,15 +91,15 @@ def floor(policies: Mapping[str, Sequence[str]]) -> list[str]:
     return [name for name, prints in policies.items() if list(prints) in FLOOR]
 
 
-def tracks(
-    store: Store, arm: str, some: Sequence[Player], seeds: Sequence[int]
-) -> dict[str, dict[int, Track]]:
-    """The tracks that are there, by player and seed."""
+def logs(
+    store: Store, condition: str, some: Sequence[Player], seeds: Sequence[int]
+) -> dict[str, dict[int, PoseLog]]:
+    """The logs that are there, by player and seed."""
     found = {}
     for player in some:
-        series = Series(arm, player.policy, player.number)
-        read = {seed: store.track(series, seed) for seed in seeds}
-        found[player.key] = {seed: track for seed, track in read.items() if track is not None}
+        series = Series(condition, player.policy, player.number)
+        read = {seed: store.log(series, seed) for seed in seeds}
+        found[player.key] = {seed: log for seed, log in read.items() if log is not None}
     return found
 
 
@@ -110,7 +110,7 @@ def world(
     colours: Colours,
     embedded: Mapping[str, Sequence[int]],
 ) -> dict[str, Any]:
-    """What the page has to know before an arm is chosen."""
+    """What the page has to know before a condition is chosen."""
     return {
         "players": [
             {"key": one.key, "label": one.label, "colour": colours[one.policy]} for one in some
@@ -120,26 +120,29 @@ def world(
             for policy in results.policies
         ],
         "floor": list(floor) if len(floor) < len(results.policies) else [],
-        "arms": [_stage(arm, len(embedded[arm.name])) for arm in results.suite.arms],
+        "conditions": [
+            _stage(condition, len(embedded[condition.name]))
+            for condition in results.suite.conditions
+        ],
         "palette": _palette(),
         "units": UNITS,
     }
 
 
-def _stage(arm: Arm, embedded: int) -> dict[str, Any]:
-    """What does not change between the episodes of an arm."""
-    params = arm.params
+def _stage(condition: Condition, embedded: int) -> dict[str, Any]:
+    """What does not change between the episodes of a condition."""
+    params = condition.params
     return {
-        "name": arm.name,
-        "about": arm.about.replace("`", ""),
-        "task": arm.task,
+        "name": condition.name,
+        "about": condition.about.replace("`", ""),
+        "task": condition.task,
         "boats": params.num_boats,
         "vessel": params.vessel.outline,
         "boat": params.boat.outline,
         "bow": 1.3 * params.boat.bow,
         "walls": params.water.walls,
         "anchored": params.task.goal_anchor == "closure",
-        "step": _stride(params) * TRACK_EVERY / params.clock.control,
+        "step": _stride(params) * POSE_LOG_EVERY / params.clock.control,
         "embedded": embedded,
     }
 
@@ -155,13 +158,16 @@ def _css(colour: scene.Colour) -> str:
 
 
 def episodes(
-    arm: Arm, found: Mapping[str, Mapping[int, Track]], seeds: Sequence[int], judged: Sequence[str]
+    condition: Condition,
+    found: Mapping[str, Mapping[int, PoseLog]],
+    seeds: Sequence[int],
+    judged: Sequence[str],
 ) -> dict[str, Any]:
-    """The episodes of one arm.
+    """The episodes of one condition.
 
     Args:
-        arm: whose.
-        found: tracks by player and seed.
+        condition: whose.
+        found: logs by player and seed.
         seeds: of the episodes.
         judged: players whose failures are worth a look.
 
@@ -170,7 +176,7 @@ def episodes(
         one for each seed (None where there is none).
     """
     takes = {
-        key: [_take(arm.params, some[seed]) if seed in some else None for seed in seeds]
+        key: [_take(condition.params, some[seed]) if seed in some else None for seed in seeds]
         for key, some in found.items()
     }
     failed = [
@@ -180,10 +186,10 @@ def episodes(
     return {"seeds": list(seeds), "failed": failed, "takes": takes}
 
 
-def _take(params: EnvParams, track: Track) -> dict[str, Any]:
+def _take(params: EnvParams, log: PoseLog) -> dict[str, Any]:
     """One episode of one policy."""
-    row, packed = track.episode, thinned(params, track.poses)
-    goal = None if params.task.name == "approach" else [round(x, 4) for x in track.goal.tolist()]
+    row, packed = log.episode, thinned(params, log.poses)
+    goal = None if params.task.name == "approach" else [round(x, 4) for x in log.goal.tolist()]
     return {
         "success": row.success,
         "verdict": verdict(row),
@@ -191,19 +197,19 @@ def _take(params: EnvParams, track: Track) -> dict[str, Any]:
         "end": row.duration,
         "closure": row.time_to_closure,
         "goal": goal,
-        "failures": [time if math.isfinite(time) else None for time in track.failed_at.tolist()],
+        "failures": [time if math.isfinite(time) else None for time in log.failed_at.tolist()],
         "frames": len(packed),
         "poses": pack(packed),
     }
 
 
 def thinned(params: EnvParams, poses: Float) -> Float:
-    """Every so many poses (T, B, 3) of a track, and the last, which is that of the end."""
+    """Every so many poses (T, B, 3) of a log, and the last, which is that of the end."""
     return np.concatenate([poses[:-1][:: _stride(params)], poses[-1:]])
 
 
 def _stride(params: EnvParams) -> int:
-    return max(1, round(params.clock.control / TRACK_EVERY / RATE))
+    return max(1, round(params.clock.control / POSE_LOG_EVERY / RATE))
 
 
 def pack(poses: Float) -> str:

@@ -1,5 +1,5 @@
 // The stage: one moment of an episode, drawn to scale. A film is an unpacked episode of one player:
-// {arm, player, take, poses}, the poses as one array: body by body x, y and heading, each with all
+// {condition, player, take, poses}, the poses as one array: body by body x, y and heading, each with all
 // its times.
 const stage = ((palette) => {
   const FONT = '500 12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif';
@@ -9,13 +9,13 @@ const stage = ((palette) => {
   const FRESH = 20; // s for which it hardly does
 
   /** The pose of a body at a time, between the two that are kept. */
-  function pose({ arm, take, poses }, body, time) {
+  function pose({ condition, take, poses }, body, time) {
     const { frames, end } = take;
     const now = Math.min(Math.max(time, 0), end);
-    const k = Math.max(0, Math.min(Math.floor(now / arm.step), frames - 2));
+    const k = Math.max(0, Math.min(Math.floor(now / condition.step), frames - 2));
     const next = Math.min(k + 1, frames - 1);
-    const length = (next === frames - 1 ? end : next * arm.step) - k * arm.step;
-    const share = length > 0 ? Math.min(1, (now - k * arm.step) / length) : 1;
+    const length = (next === frames - 1 ? end : next * condition.step) - k * condition.step;
+    const share = length > 0 ? Math.min(1, (now - k * condition.step) / length) : 1;
     return [0, 1, 2].map((axis) => {
       const row = (3 * body + axis) * frames;
       return poses[row + k] + share * (poses[row + next] - poses[row + k]);
@@ -33,14 +33,14 @@ const stage = ((palette) => {
       box[2] = Math.min(box[2], y - room);
       box[3] = Math.max(box[3], y + room);
     };
-    for (const { arm, take, poses } of films) {
+    for (const { condition, take, poses } of films) {
       const { frames, goal } = take;
-      for (let body = 0; body <= arm.boats; body += 1) {
-        const room = reach(body ? arm.boat : arm.vessel) + MARGIN;
+      for (let body = 0; body <= condition.boats; body += 1) {
+        const room = reach(body ? condition.boat : condition.vessel) + MARGIN;
         const row = 3 * body * frames;
         for (let k = row; k < row + frames; k += 1) widen(poses[k], poses[k + frames], room);
       }
-      if (goal) widen(goal[0], goal[1], reach(arm.vessel) + MARGIN);
+      if (goal) widen(goal[0], goal[1], reach(condition.vessel) + MARGIN);
     }
     return box;
   }
@@ -53,9 +53,9 @@ const stage = ((palette) => {
 
   /** A camera that stays with the vessel. */
   function near(film, time, width, height) {
-    const { arm } = film;
+    const { condition } = film;
     const [x, y] = pose(film, 0, time);
-    const room = reach(arm.vessel) + reach(arm.boat) + NEAR;
+    const room = reach(condition.vessel) + reach(condition.boat) + NEAR;
     return { x, y, scale: Math.min(width, height) / 2 / room };
   }
 
@@ -113,23 +113,23 @@ const stage = ((palette) => {
   }
 
   function drawWorld(pen, film, time, px) {
-    const { arm } = film;
-    if (arm.walls !== null) {
+    const { condition } = film;
+    if (condition.walls !== null) {
       pen.strokeStyle = palette.quay;
       pen.lineWidth = 4 * px;
-      pen.strokeRect(-arm.walls, -arm.walls, 2 * arm.walls, 2 * arm.walls);
+      pen.strokeRect(-condition.walls, -condition.walls, 2 * condition.walls, 2 * condition.walls);
     }
     const goal = goalOf(film, time);
-    if (goal) drawGoal(pen, arm, goal);
+    if (goal) drawGoal(pen, condition, goal);
     drawTrail(pen, film, time, px);
-    drawVessel(pen, arm, pose(film, 0, time), px);
-    if (goal) dashGoal(pen, arm, goal, px);
-    for (let boat = 0; boat < arm.boats; boat += 1) drawBoat(pen, film, boat, time, px);
+    drawVessel(pen, condition, pose(film, 0, time), px);
+    if (goal) dashGoal(pen, condition, goal, px);
+    for (let boat = 0; boat < condition.boats; boat += 1) drawBoat(pen, film, boat, time, px);
   }
 
   /** The goal, once it is known: where it is anchored at closure, from closure on. */
-  function goalOf({ arm, take }, time) {
-    if (!arm.anchored) return take.goal;
+  function goalOf({ condition, take }, time) {
+    if (!condition.anchored) return take.goal;
     return take.closure !== null && time >= take.closure ? take.goal : null;
   }
 
@@ -158,18 +158,18 @@ const stage = ((palette) => {
     fill(pen, colour);
   }
 
-  function drawGoal(pen, arm, goal) {
-    hull(pen, arm.vessel, goal, () => {
+  function drawGoal(pen, condition, goal) {
+    hull(pen, condition.vessel, goal, () => {
       pen.globalAlpha = 0.17;
       fill(pen, palette.white);
       pen.globalAlpha = 0.6;
-      chevron(pen, arm.vessel, palette.white);
+      chevron(pen, condition.vessel, palette.white);
       pen.globalAlpha = 1;
     });
   }
 
-  function dashGoal(pen, arm, goal, px) {
-    hull(pen, arm.vessel, goal, () => {
+  function dashGoal(pen, condition, goal, px) {
+    hull(pen, condition.vessel, goal, () => {
       pen.setLineDash([7 * px, 5 * px]);
       pen.strokeStyle = palette.edge;
       pen.lineWidth = 3.4 * px;
@@ -182,9 +182,9 @@ const stage = ((palette) => {
 
   /** The way of the vessel so far, fading in bands, in a pale shade of the policy's colour. */
   function drawTrail(pen, film, time, px) {
-    const { arm, take, poses, player } = film;
+    const { condition, take, poses, player } = film;
     const now = Math.min(time, take.end);
-    const last = Math.min(Math.floor(now / arm.step), take.frames - 2);
+    const last = Math.min(Math.floor(now / condition.step), take.frames - 2);
     const points = [];
     for (let k = 0; k <= last; k += 1) points.push([poses[k], poses[take.frames + k]]);
     points.push(pose(film, 0, now));
@@ -193,7 +193,7 @@ const stage = ((palette) => {
     pen.lineWidth = 3 * px;
     pen.lineJoin = "round";
     for (let start = 0; start < points.length - 1; start += long) {
-      const age = (now - start * arm.step) / Math.max(now, FRESH);
+      const age = (now - start * condition.step) / Math.max(now, FRESH);
       pen.globalAlpha = 1 - 0.75 * Math.max(0, Math.min(1, age));
       pen.beginPath();
       points.slice(start, start + long + 1).forEach(([x, y]) => pen.lineTo(x, y));
@@ -206,46 +206,46 @@ const stage = ((palette) => {
     hull(pen, outline, [x + 1.5 * px, y - 2.2 * px, heading], () => fill(pen, palette.shadow));
   }
 
-  function drawVessel(pen, arm, place, px) {
-    drawShadow(pen, arm.vessel, place, px);
-    hull(pen, arm.vessel, place, () => {
+  function drawVessel(pen, condition, place, px) {
+    drawShadow(pen, condition.vessel, place, px);
+    hull(pen, condition.vessel, place, () => {
       fill(pen, palette.deck);
       pen.strokeStyle = palette.keel;
       pen.lineWidth = 1.6 * px;
       pen.stroke();
-      chevron(pen, arm.vessel, palette.keel);
+      chevron(pen, condition.vessel, palette.keel);
     });
   }
 
   function drawBoat(pen, film, boat, time, px) {
-    const { arm, take } = film;
+    const { condition, take } = film;
     const place = pose(film, boat + 1, time);
     const died = take.failures[boat];
     const works = died === null || time < died;
-    const bow = Math.max(...arm.boat.map(([x]) => x));
-    drawShadow(pen, arm.boat, place, 0.7 * px);
-    hull(pen, arm.boat, place, () => {
+    const bow = Math.max(...condition.boat.map(([x]) => x));
+    drawShadow(pen, condition.boat, place, 0.7 * px);
+    hull(pen, condition.boat, place, () => {
       fill(pen, works ? palette.team[boat % palette.team.length] : palette.failed);
       pen.save();
       pen.clip();
       pen.fillStyle = palette.white;
       pen.globalAlpha = works ? 1 : 0.5;
-      pen.fillRect(bow - arm.bow, -bow, arm.bow, 2 * bow);
+      pen.fillRect(bow - condition.bow, -bow, condition.bow, 2 * bow);
       pen.restore();
       pen.strokeStyle = palette.edge;
       pen.lineWidth = Math.min(1.2 * px, 0.1 * bow);
       pen.stroke();
-      if (!works) cross(pen, 0.7 * Math.max(...arm.boat.map(([, y]) => y)), px);
+      if (!works) cross(pen, 0.7 * Math.max(...condition.boat.map(([, y]) => y)), px);
     });
   }
 
-  function cross(pen, arm, px) {
+  function cross(pen, condition, px) {
     pen.strokeStyle = palette.mark;
-    pen.lineWidth = Math.max(1.5 * px, 0.28 * arm);
+    pen.lineWidth = Math.max(1.5 * px, 0.28 * condition);
     pen.beginPath();
     for (const sign of [-1, 1]) {
-      pen.moveTo(-arm, -sign * arm);
-      pen.lineTo(arm, sign * arm);
+      pen.moveTo(-condition, -sign * condition);
+      pen.lineTo(condition, sign * condition);
     }
     pen.stroke();
   }
@@ -286,9 +286,9 @@ const stage = ((palette) => {
   }
 
   /** What the boats of an episode are doing. */
-  function phase({ arm, take }, time) {
+  function phase({ condition, take }, time) {
     if (time >= take.end) return take.verdict;
-    if (arm.task === "push") return "pushing";
+    if (condition.task === "push") return "pushing";
     if (take.closure === null || time < take.closure) return "approaching";
     return `closed at ${take.closure.toFixed(1)} s`;
   }

@@ -19,7 +19,7 @@ TABLES = {
     "comparisons": "Differences of each policy to {first} within the same episodes, with their "
     "95 % intervals; the probability to be done sooner in the same episode; and McNemar's p that "
     "both succeed equally often.",
-    "controls": "Differences of each policy in a disturbed arm to itself in the control arm, "
+    "controls": "Differences of each policy in a disturbed condition to itself in the control condition, "
     "episode by episode, with their 95 % intervals.",
 }
 """What the tables show."""
@@ -47,10 +47,10 @@ METHODS = (
 def ran(results: Results, summary: Mapping[str, Any]) -> str:
     """How much was run."""
     low, high = summary["seeds"]
-    arms = _counted(len(results.suite.arms), "arm")
+    conditions = _counted(len(results.suite.conditions), "condition")
     policies = _counted(len(results.policies), "policy", "policies")
     seeds = f"seed {low}" if low == high else f"seeds {low} to {high}"
-    return f"{policies} in {arms} of {_counted(results.suite.episodes, 'episode')}, {seeds}"
+    return f"{policies} in {conditions} of {_counted(results.suite.episodes, 'episode')}, {seeds}"
 
 
 def policy(prints: Sequence[str], name: str) -> str:
@@ -63,16 +63,16 @@ def policy(prints: Sequence[str], name: str) -> str:
     return known if prints[0] == name else f"{prints[0]}, {known}"
 
 
-def arms(results: Results) -> dict[str, str]:
-    """What each arm is, by name."""
+def conditions(results: Results) -> dict[str, str]:
+    """What each condition is, by name."""
     said = {}
-    for arm in results.suite.arms:
-        parts = [arm.about] if arm.about else []
-        parts.append(_counted(arm.params.num_boats, "boat"))
-        parts.append(f"task {arm.task}")
-        if arm.control:
-            parts.append(f"control {arm.control}")
-        said[arm.name] = "; ".join(parts)
+    for condition in results.suite.conditions:
+        parts = [condition.about] if condition.about else []
+        parts.append(_counted(condition.params.num_boats, "boat"))
+        parts.append(f"task {condition.task}")
+        if condition.control:
+            parts.append(f"control {condition.control}")
+        said[condition.name] = "; ".join(parts)
     return said
 
 
@@ -88,7 +88,7 @@ def broken(results: Results) -> list[str]:
 def _broken(row: Episode) -> str:
     training = "" if row.training_seed is None else f", training {row.training_seed}"
     said = " ".join(str(row.error).split())
-    return f"{row.policy}{training}, {row.arm}, seed {row.seed}: {said}"
+    return f"{row.policy}{training}, {row.condition}, seed {row.seed}: {said}"
 
 
 def _counted(number: int, one: str, several: str | None = None) -> str:

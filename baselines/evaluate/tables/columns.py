@@ -1,4 +1,4 @@
-"""Columns of tables: a head, and what stands below it for a policy in an arm.
+"""Columns of tables: a head, and what stands below it for a policy in a condition.
 
 All cells are text, so that the same number looks the same everywhere.
 """
@@ -21,13 +21,13 @@ class Line:
     """What one line of a table is about.
 
     Attributes:
-        arm: its name.
+        condition: its name.
         policy: its name.
-        entry: the arm's part of the summary.
+        entry: the condition's part of the summary.
         compared: the comparison that the line shows, if it shows one.
     """
 
-    arm: str
+    condition: str
     policy: str
     entry: Mapping[str, Any]
     compared: Mapping[str, Any] | None = None
@@ -137,7 +137,7 @@ def _difference(name: str) -> Column:
 
 
 NAMES = (
-    Column("arm", lambda line: line.arm, words=True),
+    Column("condition", lambda line: line.condition, words=True),
     Column("policy", lambda line: line.policy, words=True),
 )
 SUCCESS = (

@@ -43,7 +43,7 @@ def results(summary: Mapping[str, Any]) -> Table:
     """How often each policy succeeds, how near it brings the vessel, and why it fails."""
     tolerances = dict.fromkeys(
         tolerance
-        for entry in summary["arms"].values()
+        for entry in summary["conditions"].values()
         for policy in entry["policies"].values()
         for tolerance in policy["placed"]
     )
@@ -63,30 +63,30 @@ def measures(summary: Mapping[str, Any]) -> Table:
 def comparisons(summary: Mapping[str, Any]) -> Table:
     """Every policy less the first, in the same episodes."""
     lines = [
-        Line(arm, policy, entry, compared)
-        for arm, entry in summary["arms"].items()
+        Line(condition, policy, entry, compared)
+        for condition, entry in summary["conditions"].items()
         for policy, compared in entry["comparisons"].items()
     ]
     return table((*NAMES, *columns.comparing()), lines)
 
 
 def controls(summary: Mapping[str, Any]) -> Table:
-    """Every policy in a disturbed arm less the same policy in its control."""
+    """Every policy in a disturbed condition less the same policy in its control."""
     lines = [
-        Line(arm, policy, entry, compared)
-        for arm, entry in summary["arms"].items()
+        Line(condition, policy, entry, compared)
+        for condition, entry in summary["conditions"].items()
         for policy, compared in entry["against_control"].items()
     ]
     control = Column("control", lambda line: line.entry["control"], words=True)
     return table((NAMES[0], control, NAMES[1], *columns.comparing()), lines)
 
 
-def of_arm(summary: Mapping[str, Any], arm: str) -> Table:
-    """All measures in one arm, one a line: their medians and interquartile means."""
-    entry = summary["arms"][arm]
+def of_condition(summary: Mapping[str, Any], condition: str) -> Table:
+    """All measures in one condition, one a line: their medians and interquartile means."""
+    entry = summary["conditions"][condition]
     shown = [Column("measure", columns.headed, words=True)]
     for policy in entry["policies"]:
-        line = Line(arm, policy, entry)
+        line = Line(condition, policy, entry)
         for head, cell in (("median", columns.median), ("IQM [95 %]", columns.iqm)):
             shown.append(Column(head, partial(cell, line), policy))
     found = {name for policy in entry["policies"].values() for name in policy}
@@ -102,8 +102,8 @@ def table(heads: Iterable[Column], lines: Sequence[Any]) -> Table:
 
 def _lines(summary: Mapping[str, Any]) -> list[Line]:
     return [
-        Line(arm, policy, entry, entry["comparisons"].get(policy))
-        for arm, entry in summary["arms"].items()
+        Line(condition, policy, entry, entry["comparisons"].get(policy))
+        for condition, entry in summary["conditions"].items()
         for policy in entry["policies"]
     ]
 
