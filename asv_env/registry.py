@@ -1,0 +1,101 @@
+"""Registries: things of one kind by name, built in or registered by a user.
+
+Wherever an option takes a name, it also takes ``"module:ATTRIBUTE"``, which is imported, or the
+thing itself.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from typing import Any, Generic, TypeVar
+
+from asv_env.checks import choice
+
+T = TypeVar("T")
+NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
+"""Pattern of a name: names also stand on command lines and in paths."""
+
+
+class UnknownNameError(ValueError, KeyError):
+    """A name that a registry does not hold; the message gives the nearest one."""
+
+    __str__ = Exception.__str__
+
+
+class Registry(Mapping[str, T], Generic[T]):
+    """Things of one kind by name, in the order in which they were registered.
+
+    Args:
+        kind: singular noun for messages, such as "scenario".
+        entries: built-in things; a text ``"module:ATTRIBUTE"`` is imported when it is asked for.
+    """
+
+    def __init__(self, kind: str, entries: Mapping[str, T | str] | None = None) -> None:
+        self._kind = kind
+        self._entries: dict[str, T | str] = dict(entries or {})
+
+    def register(self, name: str, value: T | str) -> None:
+        """Adds a thing under a name of its own.
+
+        Raises:
+            ValueError: the name is taken, or it cannot be a name.
+        """
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            raise ValueError(
+                f"{self._kind} name {name!r}: begin with a letter or a digit and use these, dots, "
+                "plus, minus and underscores"
+            )
+        if self._entries.get(name, value) != value:
+            raise ValueError(f"there is a {self._kind} {name!r} already: choose another name")
+        self._entries[name] = value
+
+    def find(self, word: str | T) -> T:
+        """Returns what a name, or ``"module:ATTRIBUTE"``, stands for; anything else as it is.
+
+        Raises:
+            UnknownNameError: the name is not registered.
+            ValueError: the module has no such attribute.
+            ImportError: there is no such module.
+        """
+        if not isinstance(word, str):
+            return word
+        return self[word] if word in self or ":" not in word else load(word)
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._entries:
+            try:
+                choice(self._kind, name, self)
+            except ValueError as error:
+                raise UnknownNameError(str(error)) from None
+        entry: Any = self._entries[name]
+        return load(entry) if isinstance(entry, str) else entry
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._entries
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+
+def load(word: str) -> Any:
+    """Returns the attribute that ``"module:ATTRIBUTE"`` names.
+
+    Modules of the current folder are found too.
+
+    Raises:
+        ValueError: the module has no such attribute.
+        ImportError: there is no such module.
+    """
+    module, _, name = word.partition(":")
+    if "" not in sys.path:
+        sys.path.insert(0, "")
+    found = importlib.import_module(module)
+    if not hasattr(found, name):
+        raise ValueError(f"{word}: the module {module} has no attribute {name!r}")
+    return getattr(found, name)
