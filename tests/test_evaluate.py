@@ -52,7 +52,7 @@ def refused(capsys, *arguments):
 def no_report(request, monkeypatch):
     """Drawing takes longer than these episodes; ``test_report`` looks at reports."""
     if "results" not in request.fixturenames:
-        monkeypatch.setattr("baselines.evaluate.report.write", lambda *arguments: [])
+        monkeypatch.setattr("baselines.evaluate.report.document.write", lambda *arguments: [])
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from asv_env.render import scene
-from baselines.evaluate import report
 from baselines.evaluate.conditions import Condition, Suite
-from baselines.evaluate.report import charts, figures, maps, replay, svg
+from baselines.evaluate.report import charts, document, figures, maps, replay, svg
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.summary import summarise
@@ -140,7 +139,7 @@ def invented(folder, suite=SUITE, policies=POLICIES, replays=3):
         "policies": prints,
         **summarise(results),
     }
-    page, twin = report.write(folder, results, summary, store, replays)
+    page, twin = document.write(folder, results, summary, store, replays)
     return SimpleNamespace(
         page=page, html=page.read_text(), markdown=twin.read_text(), results=results,
         summary=summary, store=store,

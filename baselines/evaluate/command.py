@@ -12,10 +12,11 @@ from typing import Any
 
 from tqdm import tqdm
 
-from baselines.evaluate import report, workers
+from baselines.evaluate import workers
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.options import FILES, parse, parser
 from baselines.evaluate.policy_sources import Entrant
+from baselines.evaluate.report import document
 from baselines.evaluate.results import Results, write_csv
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.summary import summarise
@@ -130,7 +131,7 @@ def save(
     (options.out / "summary.json").write_text(
         json.dumps(summary, indent=2) + "\n", encoding="utf-8"
     )
-    report.write(options.out, results, summary, store, options.replays)
+    document.write(options.out, results, summary, store, options.replays)
     return summary
 
 

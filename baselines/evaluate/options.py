@@ -11,15 +11,15 @@ from asv_env.checks import choice
 from asv_env.params import TASKS
 from asv_env.presets import PRESETS, SCENARIOS
 from asv_env.render import video
-from baselines.evaluate import report
 from baselines.evaluate.conditions import Suite, custom
 from baselines.evaluate.policy_sources import POLICIES, entrants
+from baselines.evaluate.report import document
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.suites import SUITES
 from baselines.paper.experiment import PAPER_GOAL
 from baselines.rollout import seeds
 
-FILES = ("episodes.csv", "summary.json", *report.FILES)
+FILES = ("episodes.csv", "summary.json", *document.FILES)
 ONLY_CUSTOM = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")
 """Options that a suite has settled."""
 REPLAYS = 180
