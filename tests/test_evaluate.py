@@ -171,7 +171,7 @@ def test_results_of_another_origin_are_not_mixed_or_lost(results, arguments, mes
 
 def test_other_code_is_noticed(tmp_path, capsys, monkeypatch):
     run(*SHORT, "--policies", "idle", "--out", tmp_path)
-    monkeypatch.setattr("baselines.rollout.provenance.code", lambda pattern: "other")
+    monkeypatch.setattr("baselines.rollout.provenance.code", lambda: "other")
     assert "state of the code" in refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
     run(*SHORT, "--policies", "idle", "--out", tmp_path, "--overwrite")
 

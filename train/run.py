@@ -255,7 +255,7 @@ def write(path: Path, save: Callable[[Path], object]) -> None:
 
 def _made_by(config: Config) -> dict[str, Any]:
     return {
-        "code": provenance.fingerprint([*provenance.PACKAGES, Path(__file__).parent]),
+        "code": provenance.code("train"),
         "revision": revision(),
         "libraries": provenance.versions(LIBRARIES[config.engine]),
         "python": platform.python_version(),

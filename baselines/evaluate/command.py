@@ -36,7 +36,7 @@ def origin(suite: Suite) -> dict[str, Any]:
         "suite": suite.name,
         "task": suite.task,
         "set of episodes": suite.digest(),
-        "state of the code": provenance.code(provenance.TOP),
+        "state of the code": provenance.code(),
         "set of libraries": provenance.versions(LIBRARIES),
     }
 

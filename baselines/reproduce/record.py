@@ -32,7 +32,10 @@ class Record:
     """
 
     def __init__(self, folder: Path, job: Job) -> None:
-        made_by = {"code": provenance.code(), "versions": provenance.versions(LIBRARIES)}
+        made_by = {
+            "code": provenance.code("baselines.reproduce"),
+            "versions": provenance.versions(LIBRARIES),
+        }
         self._options: dict[str, Any] = {**asdict(job), **made_by}
         self._folder = folder
         self._entries: dict[str, Any] = {}

@@ -1,49 +1,103 @@
-"""By which code and which libraries numbers were made."""
+"""Fingerprints of the code, and versions of the libraries, by which results were made."""
 
 from __future__ import annotations
 
 import ast
 import hashlib
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from importlib import metadata
+from importlib.util import resolve_name
 from pathlib import Path
 
-import asv_env
-import baselines
+TREE = Path(__file__).parents[2]
+PACKAGES = {"asv_env", "baselines", "train"}
+ROLLOUT = (
+    *("baselines.rollout.loop", "baselines.scripted.scripted_policy"),
+    *("baselines.paper.paper_policy", "baselines.learned.shipped", "baselines.learned.sb3_policy"),
+)
+"""Modules by which episodes are run; with those that they import, all on which episodes depend."""
+LAZY = re.compile(r"(\w+(?:\.\w+)+):\w+")
+"""An import that is written as a string, "module:NAME", such as the entries of registries."""
 
-PACKAGES = [Path(str(package.__file__)).parent for package in (asv_env, baselines)]
-ALL, TOP = "**/*.py", "*.py"
 
+def code(*modules: str, tree: Path = TREE) -> str:
+    """Returns a fingerprint of the code on which episodes, and further modules, depend.
 
-def code(pattern: str = ALL) -> str:
-    """A fingerprint of the source of the environment and of the baselines.
+    It covers the instructions of ``ROLLOUT``, of ``modules``, and of every module of this
+    repository that one of these imports, directly or not. Comments, docstrings and layout do not
+    count.
 
     Args:
-        pattern: of the files: ``ALL``, or ``TOP`` for those on which episodes depend, the
-            environment and the policies, without what is made of episodes.
-    """
-    return fingerprint(PACKAGES, pattern)
-
-
-def fingerprint(folders: Sequence[Path], pattern: str = ALL) -> str:
-    """A digest of the modules in folders that match a pattern, by their names and what they do.
-
-    Comments, docstrings and the layout of the source do not count.
+        modules: further modules, by dotted name; a package stands for all modules in it.
+        tree: folder that holds the packages.
     """
     digest = hashlib.sha256()
-    for folder in folders:
-        for path in sorted(folder.glob(pattern)):
-            digest.update(path.relative_to(folder).as_posix().encode())
-            digest.update(_instructions(path.read_text(encoding="utf-8")).encode())
+    for name, instructions in sorted(dependencies([*ROLLOUT, *modules], tree).items()):
+        digest.update(f"{name}\n{instructions}\n".encode())
     return digest.hexdigest()[:16]
 
 
-def _instructions(source: str) -> str:
-    tree = ast.parse(source)
-    for node in ast.walk(tree):
+def dependencies(modules: Sequence[str], tree: Path = TREE) -> dict[str, str]:
+    """Returns the instructions of modules and of all that they import, by dotted name.
+
+    A package's ``__init__`` counts where a name is imported from it that is not a module.
+    """
+    found: dict[str, str] = {}
+    waiting = [one for name in modules for one in _inside(name, tree)]
+    while waiting:
+        name = waiting.pop()
+        file = _file(name, tree)
+        if file is not None and name not in found:
+            package = name if file.name == "__init__.py" else name.rpartition(".")[0]
+            found[name], imports = _read(file.read_text(encoding="utf-8"), package)
+            waiting += [_module(imported, tree) for imported in imports]
+    return found
+
+
+def _inside(name: str, tree: Path) -> Iterator[str]:
+    """Yields a module, or all modules of a package."""
+    yield name
+    for file in tree.joinpath(*name.split(".")).rglob("*.py"):
+        yield ".".join(file.relative_to(tree).with_suffix("").parts).removesuffix(".__init__")
+
+
+def _file(name: str, tree: Path) -> Path | None:
+    """Returns the file of a module of this repository; None for any other name."""
+    if name.split(".")[0] not in PACKAGES:
+        return None
+    path = tree.joinpath(*name.split("."))
+    files = (path.with_suffix(".py"), path / "__init__.py")
+    return next((file for file in files if file.exists()), None)
+
+
+def _module(imported: str, tree: Path) -> str:
+    """Returns the module of what is imported: itself, or that in which the name is."""
+    return imported if _file(imported, tree) else imported.rpartition(".")[0]
+
+
+@cache
+def _read(source: str, package: str) -> tuple[str, tuple[str, ...]]:
+    """Returns the instructions of a module, and the dotted names of what it imports."""
+    parsed = ast.parse(source)
+    for node in ast.walk(parsed):
         if isinstance(getattr(node, "body", None), list):
             node.body = [one for one in node.body if not _is_text(one)]  # type: ignore[attr-defined]
-    return ast.dump(tree)
+    return ast.dump(parsed), tuple(_imports(parsed, package))
+
+
+def _imports(parsed: ast.Module, package: str) -> Iterator[str]:
+    """Yields the dotted names of what a module imports, wherever in it."""
+    for node in ast.walk(parsed):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = resolve_name("." * node.level + (node.module or ""), package)
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            if lazy := LAZY.fullmatch(node.value):
+                yield lazy[1]
 
 
 def _is_text(statement: ast.AST) -> bool:
@@ -55,5 +109,5 @@ def _is_text(statement: ast.AST) -> bool:
 
 
 def versions(libraries: Iterable[str]) -> dict[str, str]:
-    """Installed versions of libraries, by name."""
+    """Returns the installed versions of libraries, by name."""
     return {library: metadata.version(library) for library in libraries}
