@@ -68,7 +68,7 @@ def test_approach_speed_is_eq_7():
     alpha = np.arctan2(y0 - ty, x0 - tx)
     assert_close(np.hypot(x0 - tx, y0 - ty), r0)
     assert_close(spiral.angular_distance(alpha, np.pi / 2), theta0)
-    assert_close(braitenberg.direction(x0, tx), sense)
+    assert_close(braitenberg.turn_direction(x0, tx), sense)
     own_length = spiral.arc_length(np.hypot(x0 - tx, y0 - ty), theta0, sigma)
     assert_close(own_length, length)
     assert_close(spiral.approach_speed(own_length, time), speed)

@@ -637,9 +637,9 @@ class TestSteeringLaw:
         np.testing.assert_allclose(np.sin(heading), turn)
 
     def test_sense_is_the_shorter_way_and_signed_above(self):
-        np.testing.assert_array_equal(braitenberg.direction([-1.0, 1.0], 0.0), [0, 1])
+        np.testing.assert_array_equal(braitenberg.turn_direction([-1.0, 1.0], 0.0), [0, 1])
         positions = [[-1.0, 1.0], [1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]
-        senses = braitenberg.signed_direction(positions, [0.0, 0.0], [1, 0, 1, 0])
+        senses = braitenberg.updated_turn_direction(positions, [0.0, 0.0], [1, 0, 1, 0])
         np.testing.assert_array_equal(senses, [0, 1, 1, 0])
 
     def test_refuses_bad_input(self):

@@ -22,7 +22,7 @@ from asv_env.params import EnvParams
 from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
 from baselines.evaluate.suites import SUITES
-from baselines.paper.coasting import way_to_rest
+from baselines.paper.coasting import coasting_distance
 
 SPEEDS = 1000
 """For which the push is tabled."""
@@ -59,7 +59,9 @@ def _table(params: EnvParams) -> tuple[Float, Float]:
     linear, quadratic = vessel.sway
     ratio = speed / slow * (linear + quadratic * slow) / (linear + quadratic * speed)
     coasting = vessel.total_mass / linear * np.log(ratio)
-    way = speed**2 / (2 * gains) + way_to_rest(vessel, speed) - way_to_rest(vessel, slow)
+    way = (
+        speed**2 / (2 * gains) + coasting_distance(vessel, speed) - coasting_distance(vessel, slow)
+    )
     return way, speed / gains + coasting
 
 

@@ -1,9 +1,9 @@
 """The steering law round a target, Eqs (1) and (3).
 
-Corrections to the printed Eq (3): its phase + D pi - (2 D - 1) phi sends the boats of one
-direction away from the target whatever the sign of beta; the phase is (2 D - 1) phi, beta > 0,
+Corrections to the printed Eq (3): its phase + D pi - (2 D - 1) phi sends the boats of one turn
+direction D away from the target whatever the sign of beta. The phase is (2 D - 1) phi, beta > 0,
 and arctan means arctan2. The printed rule keeps D for ever, so that a boat that crosses above its
-target is led once round the vessel; see `signed_direction`.
+target is led once round the vessel; see `updated_turn_direction`.
 """
 
 from __future__ import annotations
@@ -12,64 +12,70 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asv_env.types import Float
-from baselines.paper.inputs import finite, finite_points, positive, senses
+from baselines.paper.inputs import finite, finite_points, positive, turn_directions
 
 
-def direction(x: ArrayLike, target_x: ArrayLike) -> NDArray[np.int_]:
-    """Sense D in which a boat goes round its target: 1 counter-clockwise if x >= target_x, else 0.
+def turn_direction(x: ArrayLike, target_x: ArrayLike) -> NDArray[np.int_]:
+    """Turn direction D with the shorter path to the side above the target.
 
-    The shorter way to the side above the target. Arguments (...) m, result (...).
+    Args:
+        x: (...) m, the boat's.
+        target_x: (...) m.
+
+    Returns:
+        (...) 1 counter-clockwise if x >= target_x, else 0.
     """
     return np.where(finite("x", x) >= finite("target_x", target_x), 1, 0)
 
 
-def signed_direction(
+def updated_turn_direction(
     position: ArrayLike, target: ArrayLike, latched: ArrayLike
 ) -> NDArray[np.int_]:
-    """Sense D, looked up anew above the target and kept at `latched` below it.
+    """Turn direction D, determined again above the target and `latched` below it.
 
-    Not in the paper. Continuous, as the offset phi is 0 where D changes.
+    Not in the paper. The heading stays continuous, as the offset phi is 0 where D changes.
 
     Args:
         position: (..., 2) m.
         target: (..., 2) m.
-        latched: (...) 0 or 1, from `direction` at the start.
+        latched: (...) 0 or 1, the `turn_direction` at the start.
 
     Returns:
         (...) 0 or 1.
     """
     position, target = finite_points("position", position), finite_points("target", target)
     above = position[..., 1] > target[..., 1]
-    return np.where(above, direction(position[..., 0], target[..., 0]), senses("latched", latched))
+    latched = turn_directions("latched", latched)
+    return np.where(above, turn_direction(position[..., 0], target[..., 0]), latched)
 
 
-def desired_heading(alpha: ArrayLike, direction: ArrayLike, phi: ArrayLike) -> Float:
+def desired_heading(alpha: ArrayLike, turn_direction: ArrayLike, phi: ArrayLike) -> Float:
     """Heading that the law steers to: alpha + pi - (2 D - 1) phi, not wrapped (Eqs 1 and 3).
 
     Args:
         alpha: (...) rad, direction in which the target sees the boat, arctan2(y - Ty, x - Tx).
-        direction: (...) D, 0 clockwise or 1 counter-clockwise.
+        turn_direction: (...) D, 0 clockwise or 1 counter-clockwise.
         phi: (...) rad, angle between the heading and the target.
 
     Returns:
         (...) rad.
 
     Raises:
-        ValueError: a number is not finite, or a direction is neither 0 nor 1.
+        ValueError: a number is not finite, or a turn direction is neither 0 nor 1.
     """
-    sign = 2 * senses("direction", direction) - 1
+    sign = 2 * turn_directions("turn_direction", turn_direction) - 1
     return finite("alpha", alpha) + np.pi - sign * finite("phi", phi)
 
 
 def wheel_speeds(
     heading: ArrayLike,
     alpha: ArrayLike,
-    direction: ArrayLike,
+    turn_direction: ArrayLike,
     phi: ArrayLike,
     speed: ArrayLike,
     beta: ArrayLike,
 ) -> tuple[Float, Float]:
-    """Wheel speeds of the law (Eq 3, corrected; direction 0 gives Eq 1 itself, for any phi).
+    """Wheel speeds of the law (Eq 3, corrected; D = 0 gives Eq 1 itself, for any phi).
 
     The turn rate (right - left) / log is -K sin(heading - desired heading), K = 2 beta / log.
     Stable for K dt < 1 with the one-step delay of the printed law; no wheel reverses if beta <= S.
@@ -77,7 +83,7 @@ def wheel_speeds(
     Args:
         heading: (...) rad.
         alpha: (...) rad, direction in which the target sees the boat.
-        direction: (...) D, 0 clockwise or 1 counter-clockwise.
+        turn_direction: (...) D, 0 clockwise or 1 counter-clockwise.
         phi: (...) rad, angle between the heading and the target.
         speed: (...) m/s, S_1.
         beta: (...) m/s, gain.
@@ -86,9 +92,9 @@ def wheel_speeds(
         Left and right wheel speed, each (...) m/s.
 
     Raises:
-        ValueError: a number is not finite, a direction is neither 0 nor 1, or beta <= 0.
+        ValueError: a number is not finite, a turn direction is neither 0 nor 1, or beta <= 0.
     """
-    error = finite("heading", heading) - desired_heading(alpha, direction, phi)
+    error = finite("heading", heading) - desired_heading(alpha, turn_direction, phi)
     difference = positive("beta", beta) * np.sin(error)
     speed = finite("speed", speed)
     return speed + difference, speed - difference

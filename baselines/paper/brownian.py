@@ -1,7 +1,7 @@
 """The approach as a swarm of Brownian agents in polar coordinates: Eq (8).
 
 The printed equation lacks dt, and its claim of constant speed is false: S is the sum of the radial
-and the tangential speed, not their Euclidean norm, which falls to S / sqrt(2) on the way. With
+and the tangential speed, not their Euclidean norm, which falls to S / sqrt(2) in between. With
 `unit_speed` both rates are divided by that norm. Either way the orbit is
 r ~ (1 - exp(-theta / sigma))^sigma, the spiral of Eq (4) only for sigma = 1.
 """
@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asv_env.types import Float
-from baselines.paper.inputs import finite, not_negative, positive, senses
+from baselines.paper.inputs import finite, not_negative, positive, turn_directions
 from baselines.paper.spiral import angular_distance
 
 
 def drift(
     r: ArrayLike,
     alpha: ArrayLike,
-    direction: ArrayLike,
+    turn_direction: ArrayLike,
     speed: ArrayLike,
     sigma: ArrayLike,
     unit_speed: bool = False,
@@ -29,7 +29,7 @@ def drift(
     Args:
         r: (...) m > 0, distance from the target.
         alpha: (...) rad, direction in which the target sees the agent.
-        direction: (...) D, 0 clockwise or 1 counter-clockwise.
+        turn_direction: (...) D, 0 clockwise or 1 counter-clockwise.
         speed: (...) m/s.
         sigma: (...) rad.
         unit_speed: divide both rates so that the Euclidean speed is `speed`.
@@ -38,12 +38,12 @@ def drift(
         dr/dt (...) m/s and dalpha/dt (...) rad/s.
 
     Raises:
-        ValueError: r <= 0, sigma <= 0, a direction neither 0 nor 1, or a number not finite.
+        ValueError: r <= 0, sigma <= 0, a turn direction neither 0 nor 1, or a number not finite.
     """
     exponent = -angular_distance(alpha, np.pi / 2) / positive("sigma", sigma)
     inwards, around = np.exp(exponent), -np.expm1(exponent)
     pace = finite("speed", speed) / (np.hypot(inwards, around) if unit_speed else 1.0)
-    sign = 2 * senses("direction", direction) - 1
+    sign = 2 * turn_directions("turn_direction", turn_direction) - 1
     rates = np.broadcast_arrays(-pace * inwards, sign * pace * around / positive("r", r))
     dr, dalpha = np.stack(rates)
     return dr, dalpha
@@ -65,9 +65,9 @@ def simulate(
 ) -> tuple[Float, Float, Float]:
     """Follow a swarm by the Euler-Maruyama scheme, with white noise on either or both variables.
 
-    An agent within stop_radius has arrived and stays. The sense D is the shorter way to pi/2 at
-    the start; above the target it is looked up anew each step, as an agent that noise carries
-    across pi/2 would otherwise be led once round.
+    An agent within stop_radius has arrived and stays. The turn direction D is that of the shorter
+    path to pi/2 from the start; above the target it is determined again at each step, as an agent
+    that noise carries across pi/2 would otherwise be led once round.
 
     Args:
         r0: (...) m > 0.
@@ -96,12 +96,12 @@ def simulate(
     spread_alpha = not_negative("noise_alpha", noise_alpha) * np.sqrt(dt)
     r, alpha = positive("r0", r0), finite("alpha0", alpha0)
     r, alpha, _, _ = np.broadcast_arrays(r, alpha, speed, sigma)
-    latched = _shorter_sense(alpha)
+    latched = _shorter_turn(alpha)
     history = [(r, alpha)]
     for _ in range(round(duration / dt)):
-        sense = np.where(np.sin(alpha) > 0, _shorter_sense(alpha), latched)
-        held = np.maximum(r, stop_radius)
-        dr, dalpha = drift(held, alpha, sense, speed, sigma, unit_speed)
+        turn = np.where(np.sin(alpha) > 0, _shorter_turn(alpha), latched)
+        bounded = np.maximum(r, stop_radius)
+        dr, dalpha = drift(bounded, alpha, turn, speed, sigma, unit_speed)
         step_r = dr * dt + spread_r * rng.standard_normal(r.shape)
         step_alpha = dalpha * dt + spread_alpha * rng.standard_normal(r.shape)
         moving = r > stop_radius
@@ -112,5 +112,5 @@ def simulate(
     return times, np.stack([h[0] for h in history]), np.stack([h[1] for h in history])
 
 
-def _shorter_sense(alpha: Float) -> NDArray[np.int_]:
+def _shorter_turn(alpha: Float) -> NDArray[np.int_]:
     return np.where(np.cos(alpha) >= 0, 1, 0)

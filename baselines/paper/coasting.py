@@ -1,7 +1,7 @@
 """How a hull that nobody pushes comes to rest.
 
-With drag (Y + Yv |v|) v and mass m a hull that moves sideways at a speed v comes to rest after
-the way m / Yv ln(1 + v Yv / Y).
+With drag (Y + Yv |v|) v and mass m, a hull that moves sideways at a speed v comes to rest after
+the distance m / Yv ln(1 + v Yv / Y).
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from asv_env.params import HullParams
 from asv_env.types import Float
 
 LARGEST_EXPONENT = 100.0
-"""Bounds the speeds for ways of any length; they are beyond all reason long before."""
+"""Bound of the exponent, so that speeds are finite for any distance."""
 
 
-def coasting_speed(hull: HullParams, way: ArrayLike) -> Float:
-    """Speed (...) m/s from which a hull that moves sideways comes to rest after ways (...) in m."""
+def coasting_speed(hull: HullParams, distance: ArrayLike) -> Float:
+    """Return the sideways speeds (...) m/s from which a hull coasts distances (...) m to rest."""
     linear, quadratic = hull.sway
-    way = np.asarray(way, dtype=np.float64)
+    distance = np.asarray(distance, dtype=np.float64)
     if quadratic == 0:
-        return way * linear / hull.total_mass
-    exponent = np.minimum(way * quadratic / hull.total_mass, LARGEST_EXPONENT)
+        return distance * linear / hull.total_mass
+    exponent = np.minimum(distance * quadratic / hull.total_mass, LARGEST_EXPONENT)
     return linear / quadratic * np.expm1(exponent)
 
 
-def way_to_rest(hull: HullParams, speed: ArrayLike) -> Float:
-    """Inverse of ``coasting_speed``."""
+def coasting_distance(hull: HullParams, speed: ArrayLike) -> Float:
+    """Return the distances (...) m that a hull coasts to rest from sideways speeds (...) m/s."""
     linear, quadratic = hull.sway
     speed = np.asarray(speed, dtype=np.float64)
     if quadratic == 0:

@@ -1,7 +1,10 @@
-"""What the paper says of its experiment in the tank, Sec. IV-B."""
+"""What the paper reports of its experiment in the tank, Sec. IV-B."""
 
 PAPER_GOAL = (0.55, -0.95, 0.1)
-"""Pose of the goal seen from the vessel at closure, m, m, rad."""
+"""Goal pose relative to the vessel at closure, m, m, rad."""
 PAPER_TRIALS = 12
-PAPER_POSITION, PAPER_HEADING = (4.88, 1.8), (-0.26, 0.44)
-"""Mean and standard deviation over the trials: smallest distance, cm; heading error then, rad."""
+"""Number of trials."""
+PAPER_POSITION = (4.88, 1.8)
+"""Mean and standard deviation over the trials of the smallest distance to the goal, cm."""
+PAPER_HEADING = (-0.26, 0.44)
+"""Mean and standard deviation over the trials of the heading error at that instant, rad."""

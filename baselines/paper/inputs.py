@@ -1,38 +1,48 @@
-"""Checks of numbers and arrays that a caller hands in: errors name the value and the remedy."""
+"""Checks of arrays that a caller hands in: errors name the value and the remedy."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from asv_env.types import Float
+from asv_env.types import Bool, Float
+
+
+def numbers(name: str, value: ArrayLike) -> Float:
+    """Return `value` as float64 array, NaN and infinity included; TypeError if it is none."""
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{name} must be real numbers in a regular array: {error}") from error
 
 
 def finite(name: str, value: ArrayLike) -> Float:
     """Return `value` as float64 array; ValueError if an element is NaN or infinite."""
     array = numbers(name, value)
-    if not np.isfinite(array).all():
-        bad = array[~np.isfinite(array)][0]
-        raise ValueError(f"{name} must be finite, got {bad}: replace NaN and infinity")
+    _refuse(array, ~np.isfinite(array), f"{name} must be finite", "replace NaN and infinity")
     return array
 
 
 def positive(name: str, value: ArrayLike) -> Float:
     """Return `value` as float64 array; ValueError unless every element is finite and > 0."""
     array = finite(name, value)
-    if (array <= 0).any():
-        bad = array[array <= 0][0]
-        raise ValueError(f"{name} must be positive, got {bad}: use a value above 0")
+    _refuse(array, array <= 0, f"{name} must be positive", "use a value above 0")
     return array
 
 
 def not_negative(name: str, value: ArrayLike) -> Float:
     """Return `value` as float64 array; ValueError unless every element is finite and >= 0."""
     array = finite(name, value)
-    if (array < 0).any():
-        bad = array[array < 0][0]
-        raise ValueError(f"{name} must not be negative, got {bad}: use 0 or a value above it")
+    _refuse(array, array < 0, f"{name} must not be negative", "use 0 or a value above it")
     return array
+
+
+def turn_directions(name: str, value: ArrayLike) -> NDArray[np.int_]:
+    """Return turn directions D as integers; ValueError unless each is 0 or 1."""
+    array = numbers(name, value)
+    rule = f"{name} must be 0 (clockwise) or 1 (counter-clockwise)"
+    _refuse(array, ~np.isin(array, (0, 1)), rule, "see turn_direction")
+    return array.astype(np.int_)
 
 
 def finite_points(name: str, value: ArrayLike) -> Float:
@@ -45,20 +55,10 @@ def finite_poses(name: str, value: ArrayLike) -> Float:
     return _rows(name, finite(name, value), "x, y, heading")
 
 
-def senses(name: str, value: ArrayLike) -> NDArray[np.int_]:
-    """Return senses D as integers; ValueError unless each is 0 or 1."""
-    array = numbers(name, value)
-    if not np.isin(array, (0, 1)).all():
-        raise ValueError(f"{name} must be 0 (clockwise) or 1 (counter-clockwise), got {value!r}")
-    return array.astype(np.int_)
-
-
-def numbers(name: str, value: ArrayLike) -> Float:
-    """Return `value` as float64 array, NaN and infinity included; TypeError if it is none."""
-    try:
-        return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise TypeError(f"{name} must be real numbers in a regular array: {error}") from error
+def _refuse(array: Float, bad: Bool, rule: str, remedy: str) -> None:
+    """Raise ValueError with the rule, the first bad element and the remedy, if one is bad."""
+    if np.any(bad):
+        raise ValueError(f"{rule}, got {array[bad][0]}: {remedy}")
 
 
 def _rows(name: str, array: Float, columns: str) -> Float:

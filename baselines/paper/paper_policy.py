@@ -186,7 +186,7 @@ class PaperPolicy:
         slot = np.where(flip[:, None] < 0, sensed.slot.conj(), sensed.slot)
         boat = relate(motion, goal, slot, np.ones(len(flip))).boat
         target = self._attribution(boat, slot, sensed.working, memory.target)
-        anew = braitenberg.direction(boat.real, target.real)
+        anew = braitenberg.turn_direction(boat.real, target.real)
         memory.sense = np.where(target == memory.target, memory.sense, anew)
         memory.target = target
         return relate(motion, goal, target, np.ones(len(flip)))
@@ -230,7 +230,7 @@ class PaperPolicy:
             stop_radius=near,
             max_speed=gains.fastest,
         )
-        sense = braitenberg.signed_direction(
+        sense = braitenberg.updated_turn_direction(
             _pairs(relations.boat), _pairs(memory.target), memory.sense
         )
         there = distance < near

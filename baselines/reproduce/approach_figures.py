@@ -13,7 +13,7 @@ from asv_env.params import TaskParams
 from asv_env.types import Float
 from baselines.evaluate.report import palette
 from baselines.paper import brownian
-from baselines.paper.braitenberg import desired_heading, direction
+from baselines.paper.braitenberg import desired_heading, turn_direction
 from baselines.paper.spiral import (
     angular_distance,
     approach_speed,
@@ -82,7 +82,7 @@ def _draw_headings(axes: Axes, sigma: float) -> None:
     grid = np.linspace(-1.1, 1.1, 14)
     x, y = np.meshgrid(grid, grid)
     alpha = np.arctan2(y, x)
-    heading = desired_heading(alpha, direction(x, 0.0), bearing_offset(alpha, sigma))
+    heading = desired_heading(alpha, turn_direction(x, 0.0), bearing_offset(alpha, sigma))
     axes.quiver(
         x, y, np.cos(heading), np.sin(heading), color=palette.GREY, pivot="mid",
         scale=22.0, width=0.0035, headwidth=4.5,
@@ -137,7 +137,7 @@ def _draw_swarm(axes: Axes, ways: np.ndarray, sigma: float) -> None:
     for way, colour in zip(ways.T, style.boat_colours(ways.shape[1]), strict=True):
         alpha = float(np.angle(way[0]))
         theta = float(angular_distance(alpha, np.pi / 2))
-        sense = int(direction(way[0].real, 0.0))
+        sense = int(turn_direction(way[0].real, 0.0))
         axes.plot(
             *spiral_points(abs(way[0]), theta, sigma, sense).T, "--", color=palette.GREY, lw=0.6
         )

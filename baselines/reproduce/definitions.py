@@ -11,7 +11,7 @@ from asv_env.presets import make_params
 from baselines.evaluate.report import palette
 from baselines.paper import two_arc
 from baselines.paper.arcs import ArcPath
-from baselines.paper.braitenberg import desired_heading, direction
+from baselines.paper.braitenberg import desired_heading, turn_direction
 from baselines.paper.experiment import PAPER_GOAL
 from baselines.paper.spiral import angular_distance, bearing_offset
 from baselines.reproduce import drawing, style
@@ -104,7 +104,7 @@ def _draw_approach(axes: Axes, params: EnvParams) -> None:
     x, y = EXAMPLE_BOAT
     radius, alpha = float(np.hypot(x, y)), float(np.arctan2(y, x))
     theta, phi = float(angular_distance(alpha, np.pi / 2)), float(bearing_offset(alpha, SIGMA))
-    sense = int(direction(x, 0.0))
+    sense = int(turn_direction(x, 0.0))
     heading = float(desired_heading(alpha, sense, phi))
     pose = np.array([x, y, heading])
 

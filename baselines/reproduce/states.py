@@ -41,7 +41,7 @@ def experiment_states(job: Job, study: dict[str, Any]) -> Figure:
     """Key states of a run of the experiment with four boats, in simulation.
 
     Policy "paper", preset ``experiment`` (tracking 20 Hz, control 10 Hz), sigma = 1, T_goal = 80 s,
-    alpha_1 = 1, goal {0.55 m, -0.95 m, 0.1 rad} from the pose at closure (red, dashed). (a) InitialState,
+    alpha_1 = 1, goal {0.55 m, -0.95 m, 0.1 rad} from the pose at closure (red, dashed). (a) start,
     with the targets (coloured crosses); (b) on the way; (c) closure, and the path that is computed
     then; (d) switch to the second circle; (e) motors off, 20 cm from the goal; (f) end. Black
     crosses: circles' centres and switching point. Shown is the run of median smallest distance.

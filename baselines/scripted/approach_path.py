@@ -107,7 +107,7 @@ class Way:
         alpha = np.arctan2(off.imag, off.real)
         theta = spiral.angular_distance(alpha, np.pi / 2)
         phi = spiral.exact_bearing_offset(alpha, self._sigma)
-        heading = braitenberg.desired_heading(alpha, braitenberg.direction(off.real, 0.0), phi)
+        heading = braitenberg.desired_heading(alpha, braitenberg.turn_direction(off.real, 0.0), phi)
         length = spiral.arc_length(np.abs(off), theta, self._sigma) - ahead
         return direction(heading), np.maximum(length + anchor - slot.imag, 0.0)
 

@@ -11,7 +11,7 @@ from asv_env.params import VesselParams
 from asv_env.types import Complex, Float
 from baselines.paper import dubins
 from baselines.paper.arcs import ArcPath
-from baselines.paper.coasting import coasting_speed, way_to_rest
+from baselines.paper.coasting import coasting_distance, coasting_speed
 
 SEGMENTS = 4
 """Of the paths."""
@@ -64,7 +64,7 @@ class Router:
                 "rest, and the scripted policy cannot stop it; give a value above 0"
             )
         self._vessel, self.gains = vessel, gains
-        self._beyond = way_to_rest(vessel, gains.passing / gains.braking)
+        self._beyond = coasting_distance(vessel, gains.passing / gains.braking)
         way = np.linspace(0.0, FARTHEST * vessel.length, 5000)
         slowness = 1.0 / self.speed(way)
         steps = np.diff(way) * (slowness[1:] + slowness[:-1]) / 2
