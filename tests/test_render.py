@@ -1,4 +1,4 @@
-"""Pictures and videos: right where the camera says, the same every time, and no bystander."""
+"""Pictures show the world where the camera says, are the same every time and change nothing."""
 
 import copy
 import hashlib
@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from asv_env import make_params
-from asv_env.render import scene, video
+from asv_env.render import colours
+from asv_env.render.backdrop import streamlines
 from asv_env.render.camera import Camera, Trail
+from asv_env.render.layout import round_number
 from asv_env.render.viewer import Viewer
 from asv_env.simulation import Simulation
 
@@ -115,9 +117,9 @@ def test_vessel_and_goal_are_where_the_camera_says():
     viewer = Viewer(params, size=(640, 480))
     frame = viewer.draw(state)
     vessel, length, width = params.vessel, params.vessel.length / 2, params.vessel.width / 2
-    ghost = scene.mix(scene.WATER, scene.WHITE, 0.17)
+    ghost = colours.mix(colours.WATER, colours.WHITE, 0.17)
     assert vessel.length * viewer.camera.scale > 40
-    for pose, colour in ((state.motion[0, 0], scene.DECK), (state.goal[0], ghost)):
+    for pose, colour in ((state.motion[0, 0], colours.DECK), (state.goal[0], ghost)):
         for u in (-0.6, 0.6):
             for w in (-0.7, 0.7):
                 inside = by_hand(viewer.camera, pose, u * length, w * width)
@@ -130,7 +132,7 @@ def test_vessel_and_goal_are_where_the_camera_says():
 def test_vessel_is_as_large_as_it_is():
     params, state = posed(vessel=(0.0, 0.0, 0.0))
     viewer = Viewer(params, size=(800, 800))
-    deck = near(viewer.draw(state), scene.DECK)
+    deck = near(viewer.draw(state), colours.DECK)
     camera, edge = viewer.camera, 2.0 + 0.004 * viewer.camera.scale
     left, top = by_hand(camera, (0, 0, 0), -0.2, 0.075)
     right, bottom = by_hand(camera, (0, 0, 0), 0.2, -0.075)
@@ -149,8 +151,8 @@ def test_boats_show_colour_and_bow():
     for boat, pose in enumerate(state.motion[0, 1:]):
         stern = by_hand(viewer.camera, pose, -0.03, 0.0)
         bow = by_hand(viewer.camera, pose, 0.052, 0.0)
-        assert near(at(frame, stern), scene.boat_colour(boat), 20)
-        assert near(at(frame, bow), scene.WHITE, 20)
+        assert near(at(frame, stern), colours.boat_colour(boat), 20)
+        assert near(at(frame, bow), colours.WHITE, 20)
 
 
 def test_slots_are_marked_in_the_boats_colours():
@@ -159,7 +161,7 @@ def test_slots_are_marked_in_the_boats_colours():
     frame = viewer.draw(state)
     for boat, slot in enumerate(state.slot[0]):
         place = by_hand(viewer.camera, state.motion[0, 0], slot.real, slot.imag)
-        assert near(at(frame, place), scene.boat_colour(boat), 60)
+        assert near(at(frame, place), colours.boat_colour(boat), 60)
 
 
 def test_failed_boat_is_grey():
@@ -168,17 +170,17 @@ def test_failed_boat_is_grey():
     viewer = Viewer(params, size=(800, 800))
     frame = viewer.draw(state)
     grey = by_hand(viewer.camera, state.motion[0, 2], -0.045, 0.0)
-    assert near(at(frame, grey), scene.FAILED, 20)
+    assert near(at(frame, grey), colours.FAILED, 20)
     mark = by_hand(viewer.camera, state.motion[0, 2], -0.0096, 0.0)
-    assert near(at(frame, mark), scene.MARK, 40)
+    assert near(at(frame, mark), colours.MARK, 40)
 
 
 def test_walls_and_land():
     sim = simulation(preset="tank")
     viewer = Viewer(sim.params, size=(800, 800))
     frame = viewer.draw(sim.state)
-    assert near(at(frame, by_hand(viewer.camera, (0, 0, 0), 1.53, 0.7)), scene.LAND)
-    assert not near(at(frame, by_hand(viewer.camera, (0, 0, 0), 1.48, 0.7)), scene.LAND)
+    assert near(at(frame, by_hand(viewer.camera, (0, 0, 0), 1.53, 0.7)), colours.LAND)
+    assert not near(at(frame, by_hand(viewer.camera, (0, 0, 0), 1.48, 0.7)), colours.LAND)
 
 
 def test_goal_turns_green_once_it_is_reached():
@@ -186,7 +188,7 @@ def test_goal_turns_green_once_it_is_reached():
     for x in (0.0, 0.01):
         params, state = posed(vessel=(x, 0.0, 0.0), goal=(0.055, 0.0, 0.0))
         frames.append(Viewer(params, size=(800, 800)).draw(state))
-    green = [near(frame, scene.GOOD, 30).sum() for frame in frames]
+    green = [near(frame, colours.GOOD, 30).sum() for frame in frames]
     assert green[0] == 0
     assert green[1] > 100
 
@@ -209,15 +211,15 @@ def test_current_is_visible():
     assert 0.02 < changed.mean() < 0.5
 
 
-def test_flow_lines_follow_the_water():
+def test_streamlines_follow_the_water():
     upwards = {"current": "uniform", "current_speed": 0.03, "current_heading": np.pi / 2}
     camera = Camera(0j, 250.0, 160 + 160j)
-    lines = scene.flow_lines(camera, make_params(water=upwards).water, SIZE, 50.0, 40.0)
-    way = lines[:, -1] - lines[:, 0]
-    np.testing.assert_allclose(way, np.broadcast_to([0.0, -40.0], way.shape), atol=1e-9)
+    lines = streamlines(camera, make_params(water=upwards).water, SIZE, 50.0, 40.0)
+    drift = lines[:, -1] - lines[:, 0]
+    np.testing.assert_allclose(drift, np.broadcast_to([0.0, -40.0], drift.shape), atol=1e-9)
 
     gyre = make_params(scenario="gyre").water
-    lines = scene.flow_lines(camera, gyre, SIZE, 50.0, 40.0, steps=40)
+    lines = streamlines(camera, gyre, SIZE, 50.0, 40.0, steps=40)
     middle = camera.points(lines[:, 20])
     k = np.pi / gyre.gyre_size
     speed = np.hypot(
@@ -267,7 +269,7 @@ def test_view_is_fixed_until_a_body_leaves_it():
     assert 0 < row < SIZE[1]
 
 
-def test_trails_start_afresh_with_an_episode():
+def test_trails_begin_with_an_episode():
     viewer, frames, sim = pushed()
     sim.reset(seeds=[3])
     np.testing.assert_array_equal(viewer.draw(sim.state), frames[0])
@@ -281,9 +283,9 @@ def test_trails_show_where_bodies_were():
     behind = by_hand(camera, (0, 0, 0), 0.0, 0.0)
     travelled = -sim.state.motion[0, 0, 1]
     assert travelled > 0.1
-    trail, water = at(frames[-1], behind), scene.WATER
+    trail, water = at(frames[-1], behind), colours.WATER
     assert np.linalg.norm(trail - water) > 100
-    assert np.linalg.norm(trail - np.array(scene.DECK)) > 10
+    assert np.linalg.norm(trail - np.array(colours.DECK)) > 10
 
 
 def test_trail_is_thinned():
@@ -309,7 +311,7 @@ def test_any_world_can_be_drawn():
     ("limit", "number"), [(1.0, 1.0), (1.9, 1.0), (2.0, 2.0), (0.049, 0.02), (0.5, 0.5), (999, 500)]
 )
 def test_round_number(limit, number):
-    assert scene.round_number(limit) == pytest.approx(number)
+    assert round_number(limit) == pytest.approx(number)
 
 
 # ---------------------------------------------------------------------- no bystander
@@ -357,7 +359,7 @@ def test_pygame_is_optional_and_missed_politely():
     code = (
         "import sys; sys.modules['pygame'] = None\n"
         "import asv_env\n"
-        "try:\n    import asv_env.render\n"
+        "try:\n    import asv_env.render.viewer\n"
         "except ImportError as error:\n    print(error)\n"
     )
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -405,7 +407,7 @@ def test_window_shows_the_frame(window):
         drive(sim)
     assert viewer.draw(sim.state) is None
     shown = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
-    assert near(shown, scene.DECK).any()
+    assert near(shown, colours.DECK).any()
 
 
 def test_window_closes_when_asked(window):
@@ -428,88 +430,3 @@ def test_close_may_be_called_again(window):
     unused = Viewer(sim.params, size=SIZE)
     unused.close()
     unused.close()
-
-
-# ---------------------------------------------------------------------- video
-
-
-@pytest.fixture(scope="module")
-def frames():
-    return pushed(steps=11)[1]
-
-
-def test_gif(frames, tmp_path):
-    from PIL import Image
-
-    path = video.save(iter(frames), tmp_path / "films" / "push.gif", fps=30)
-    with Image.open(path) as film:
-        assert film.n_frames == len(frames)
-        assert film.size == SIZE
-        assert film.info["loop"] == 0
-        total = 0
-        for k, frame in enumerate(frames):
-            film.seek(k)
-            total += film.info["duration"]
-            error = np.abs(np.asarray(film.convert("RGB"), dtype=int) - frame)
-            assert error.mean() < 3
-            assert error.max() < 80
-    assert total == pytest.approx(1000 * len(frames) / 30, abs=10)
-    assert path.stat().st_size < 12_000 * len(frames)
-
-
-def test_mp4(frames, tmp_path):
-    import imageio.v3 as iio
-
-    path = video.save(frames, tmp_path / "push.MP4", fps=25)
-    read = iio.imread(path, plugin="FFMPEG")
-    assert read.shape == (len(frames), SIZE[1], SIZE[0], 3)
-    for frame, again in zip(frames, read, strict=True):
-        assert np.abs(frame.astype(int) - again).mean() < 5
-    meta = iio.immeta(path, plugin="FFMPEG")
-    assert meta["fps"] == 25
-    assert meta["pix_fmt"].startswith("yuv420p")
-
-
-@pytest.mark.parametrize("name", ["push.avi", "push", "push.gif.txt"])
-def test_unknown_suffix(frames, tmp_path, name):
-    with pytest.raises(ValueError, match=r"\.gif or \.mp4"):
-        video.save(frames, tmp_path / name, fps=10)
-
-
-@pytest.mark.parametrize("name", ["push.gif", "push.mp4"])
-def test_nothing_is_overwritten_unasked(frames, tmp_path, name):
-    path = tmp_path / name
-    path.write_text("precious")
-    with pytest.raises(FileExistsError, match="overwrite=True"):
-        video.save(frames, path, fps=10)
-    assert path.read_text() == "precious"
-    video.save(frames, path, fps=10, overwrite=True)
-    assert path.stat().st_size > 1000
-
-
-@pytest.mark.parametrize("fps", [0, -1, np.nan, np.inf, True])
-def test_bad_rates(frames, tmp_path, fps):
-    with pytest.raises(ValueError, match="fps"):
-        video.save(frames, tmp_path / "push.mp4", fps=fps)
-
-
-@pytest.mark.parametrize(
-    ("bad", "name", "match"),
-    [
-        ([], "a.gif", "no frames"),
-        ([np.zeros((64, 64), np.uint8)], "a.gif", "frame 0"),
-        ([np.zeros((64, 64, 3))], "a.gif", "uint8"),
-        ([np.zeros((64, 64, 3), np.uint8), np.zeros((64, 66, 3), np.uint8)], "a.mp4", "frame 1"),
-        ([np.zeros((64, 65, 3), np.uint8)], "a.mp4", "even"),
-        ([None], "a.gif", "frame 0"),
-    ],
-)
-def test_bad_frames(tmp_path, bad, name, match):
-    with pytest.raises(ValueError, match=match):
-        video.save(bad, tmp_path / name, fps=10)
-    assert not (tmp_path / name).exists()
-
-
-def test_gif_refuses_rates_that_viewers_do_not_play(frames, tmp_path):
-    with pytest.raises(ValueError, match="50"):
-        video.save(frames, tmp_path / "push.gif", fps=60)

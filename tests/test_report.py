@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from asv_env.render import scene
+from asv_env.render import colours
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.report import charts, document, figures, maps, replay, svg
 from baselines.evaluate.results import Results
@@ -534,7 +534,7 @@ def watched(driver, made):
 def test_page_opens_without_complaints(watched):
     assert watched.driver.get_log("browser") == []
     assert watched.driver.title.startswith("tried-v1")
-    assert watched.pixels("left", scene.DECK) > 100
+    assert watched.pixels("left", colours.DECK) > 100
     assert watched.value("left") == "scripted"
     assert watched.value("right") == f"{ODD}-0"
     assert watched.clock == 0.0
@@ -587,9 +587,9 @@ def test_scrubbing_draws_another_moment(watched):
 
 def test_boats_whose_thrusters_died_turn_grey(watched):
     watched.scrub(DEATH - 1)
-    assert watched.pixels("left", scene.FAILED) == 0
+    assert watched.pixels("left", colours.FAILED) == 0
     watched.scrub(DEATH + 1)
-    assert watched.pixels("left", scene.FAILED) > 5
+    assert watched.pixels("left", colours.FAILED) > 5
 
 
 def test_keys_move_and_play(watched):

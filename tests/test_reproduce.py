@@ -8,7 +8,7 @@ import pytest
 
 from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
-from asv_env.render.scene import outline
+from asv_env.render.outlines import outline
 from asv_env.tasks import formation
 from baselines.paper import dubins, two_arc
 from baselines.paper.arcs import advance

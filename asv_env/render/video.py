@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Frame = NDArray[np.uint8]
+from asv_env.types import Frame
 
 SUFFIXES = (".gif", ".mp4")
 FASTEST_GIF = 50

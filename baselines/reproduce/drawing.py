@@ -10,7 +10,7 @@ from matplotlib.patches import FancyArrowPatch, Polygon
 from numpy.typing import ArrayLike
 
 from asv_env.params import EnvParams, HullParams
-from asv_env.render.scene import outline, placed
+from asv_env.render.outlines import outline, placed
 from asv_env.tasks import formation
 from asv_env.types import Complex, Float
 from baselines.evaluate.report import palette

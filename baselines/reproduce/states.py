@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from asv_env.params import EnvParams
-from asv_env.render.scene import outline
+from asv_env.render.outlines import outline
 from baselines.evaluate.report import palette
 from baselines.reproduce import drawing, style
 from baselines.reproduce.experiments import experiment, simulation

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.render.scene import outline
+from asv_env.render.outlines import outline
 from asv_env.types import Float
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report import figures, maps, palette

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
-from asv_env.render import scene
+from asv_env.render import colours
 from asv_env.types import Float
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report.figures import Colours
@@ -149,11 +149,11 @@ def _stage(condition: Condition, embedded: int) -> dict[str, Any]:
 
 def _palette() -> dict[str, Any]:
     """The colours of the pictures of the world, as those of a page."""
-    palette: dict[str, Any] = {name: _css(getattr(scene, name.upper())) for name in PALETTE}
-    return {**palette, "team": [_css(colour) for colour in scene.TEAM]}
+    palette: dict[str, Any] = {name: _css(getattr(colours, name.upper())) for name in PALETTE}
+    return {**palette, "team": [_css(colour) for colour in colours.TEAM]}
 
 
-def _css(colour: scene.Colour) -> str:
+def _css(colour: colours.Colour) -> str:
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 

@@ -1,0 +1,111 @@
+"""What does not move in a picture: grid, streamlines of the current, walls."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from asv_env.params import WaterParams
+from asv_env.physics import water
+from asv_env.render.camera import Camera
+from asv_env.render.colours import FLOW, GRID, LAND, QUAY, WATER, mix
+from asv_env.render.layout import Canvas, Layout
+from asv_env.types import Complex, Float
+
+FLOW_SPACING = 56.0
+"""Distance between neighbouring streamlines, px."""
+FLOW_LENGTH = 44.0
+"""Length of a streamline where the water is fastest, px."""
+
+
+def paint_backdrop(canvas: Canvas, layout: Layout) -> None:
+    """Paints the grid, and streamlines and walls if there are any."""
+    paint_grid(canvas, layout)
+    params, unit = layout.params.water, layout.unit
+    if layout.flows:
+        spacing, length = FLOW_SPACING * unit, FLOW_LENGTH * unit
+        for line in streamlines(layout.camera, params, layout.size, spacing, length):
+            paint_streamline(canvas, line, unit)
+    if params.walls is not None:
+        paint_walls(canvas, layout, params.walls)
+
+
+def paint_grid(canvas: Canvas, layout: Layout) -> None:
+    """Paints a grid whose spacing is the scale bar's length."""
+    width, height = layout.size
+    camera, bar = layout.camera, layout.bar
+    low, high = camera.points(np.array([[0.0, height], [width, 0.0]]))
+    for x in np.arange(np.ceil(low.real / bar), high.real / bar) * bar:
+        ends = np.array([x + 1j * low.imag, x + 1j * high.imag])
+        canvas.lines(camera.pixels(ends), 0.8 * layout.unit, GRID)
+    for y in np.arange(np.ceil(low.imag / bar), high.imag / bar) * bar:
+        ends = np.array([low.real + 1j * y, high.real + 1j * y])
+        canvas.lines(camera.pixels(ends), 0.8 * layout.unit, GRID)
+
+
+def paint_streamline(canvas: Canvas, line: Float, unit: float, strength: float = 1.0) -> None:
+    """Paints a line (n, 2) px that brightens downstream and ends in a small arrow head."""
+    steps = len(line) - 1
+    length = np.hypot(*np.diff(line, axis=0).T).sum()
+    if length < 4 * unit:
+        return
+    for k in range(steps):
+        share = strength * (0.08 + 0.4 * (k + 1) / steps)
+        canvas.lines(line[k : k + 2], 1.4 * unit, mix(WATER, FLOW, share))
+    ahead = line[-1] - line[-2]
+    ahead = ahead / np.hypot(*ahead) * min(5.5 * unit, 0.45 * length)
+    across = 0.55 * np.array([-ahead[1], ahead[0]])
+    head = np.stack([line[-1] + ahead, line[-1] - across, line[-1] + across])
+    canvas.fill(head, mix(WATER, FLOW, 0.6 * strength))
+
+
+def paint_walls(canvas: Canvas, layout: Layout, half_width: float) -> None:
+    """Paints the land beyond the basin, and the quay round it."""
+    camera = layout.camera
+    basin = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]) * half_width
+    quay = basin * (1 + 4 * layout.unit / camera.scale / half_width)
+    beyond = basin * 100
+    for k in range(4):
+        for inner, outer, colour in ((quay, beyond, LAND), (basin, quay, QUAY)):
+            side = np.array([inner[k], inner[k - 1], outer[k - 1], outer[k]])
+            canvas.fill(camera.pixels(side), colour)
+
+
+def streamlines(
+    camera: Camera,
+    params: WaterParams,
+    size: tuple[int, int],
+    spacing: float,
+    length: float,
+    steps: int = 10,
+) -> Float:
+    """Returns short stretches of streamlines all over a frame, as long as the water is fast.
+
+    Args:
+        camera: the camera of the frame.
+        params: water with a current.
+        size: (width, height) of the frame, px.
+        spacing: distance between the middles of neighbouring lines, px.
+        length: length of a line where the water flows at ``current_speed``, px.
+        steps: steps of the integration.
+
+    Returns:
+        (n, steps + 1, 2) pixels, downstream.
+    """
+    rows = np.arange(0.0, size[1] + spacing, spacing * math.sqrt(0.75))
+    columns = np.arange(0.0, size[0] + spacing, spacing)
+    grid = np.empty((len(rows), len(columns), 2))
+    grid[..., 0] = columns + np.where(np.arange(len(rows)) % 2, spacing / 2, 0.0)[:, None]
+    grid[..., 1] = rows[:, None]
+    dt = length / camera.scale / params.current_speed / steps
+    line = [_drifted(params, camera.points(grid.reshape(-1, 2)), -dt * steps / 2)]
+    for _ in range(steps):
+        line.append(_drifted(params, line[-1], dt))
+    return camera.pixels(np.stack(line, axis=-1))
+
+
+def _drifted(params: WaterParams, points: Complex, time: float) -> Complex:
+    """Returns where the water at these points is after ``time`` s, by the midpoint rule."""
+    half = points + time / 2 * water.current(params, points)
+    return points + time * water.current(params, half)

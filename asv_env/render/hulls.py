@@ -1,0 +1,107 @@
+"""The hulls in a picture: the vessel with its fins and heading, the boats with their wash."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asv_env.render.colours import (
+    DECK,
+    EDGE,
+    FAILED,
+    FIN,
+    KEEL,
+    MARK,
+    SEAM,
+    SHADOW,
+    WATER,
+    WHITE,
+    Colour,
+    boat_colour,
+    mix,
+)
+from asv_env.render.layout import Canvas, Layout
+from asv_env.render.outlines import bow, inset
+from asv_env.types import Float, State
+
+
+def paint_vessel(canvas: Canvas, layout: Layout, pose: Float) -> None:
+    """Paints the vessel at a pose (>= 3,)."""
+    vessel, unit, scale = layout.params.vessel, layout.unit, layout.camera.scale
+    margin = min(max(0.004, 1.2 * unit / scale), vessel.width / 6)
+    hull = layout.pixels(layout.vessel, pose)
+    _cast_shadow(canvas, layout, hull)
+    canvas.fill(hull, KEEL)
+    canvas.fill(layout.pixels(inset(layout.vessel, margin), pose), DECK)
+    if vessel.width * scale > 10 * unit:
+        for across in (-1 / 6, 1 / 6):
+            reach = np.array([-0.48, 0.48]) * vessel.length
+            seam = reach + across * vessel.width * np.array([1j, 1j])
+            canvas.lines(layout.pixels(seam, pose), 1.1 * unit, SEAM)
+        _paint_fins(canvas, layout, pose)
+    paint_chevron(canvas, layout, pose, KEEL)
+
+
+def paint_chevron(canvas: Canvas, layout: Layout, pose: Float, colour: Colour) -> None:
+    """Paints an arrow head along the vessel's heading: amidships, or ahead of a tiny vessel."""
+    size, ahead = 0.3 * layout.params.vessel.width, 0.0
+    smallest = 3.5 * layout.unit / layout.camera.scale
+    if size < smallest:
+        size, ahead = 1.4 * smallest, layout.params.vessel.length / 2 + 2.5 * smallest
+        colour = mix(colour, DECK, 0.8)
+    arrow = size * np.array([0.9, -0.5 + 0.8j, -0.15, -0.5 - 0.8j]) + ahead
+    canvas.fill(layout.pixels(arrow, pose), colour)
+
+
+def _paint_fins(canvas: Canvas, layout: Layout, pose: Float) -> None:
+    """Paints the crossed plates below both ends, as they shine through the deck."""
+    length, width = layout.params.vessel.length, layout.params.vessel.width
+    for end in (-1, 1):
+        root = end * (length / 2 - 0.16 * width)
+        for plate in (0.42j, 0.1 + 0j):
+            ends = layout.pixels(root + np.array([-plate, plate]) * width, pose)
+            canvas.lines(ends, 0.06 * width * layout.camera.scale, FIN)
+
+
+def _cast_shadow(canvas: Canvas, layout: Layout, hull: Float) -> None:
+    """Paints the shadow of a hull (n, 2) px."""
+    depth = min(2.4 * layout.unit, 0.2 * layout.params.boat.width * layout.camera.scale)
+    canvas.fill(hull + np.array([1.0, 1.5]) * depth, SHADOW)
+
+
+def paint_boats(canvas: Canvas, layout: Layout, state: State) -> None:
+    """Paints the boats of one world; those that failed are grey and crossed out."""
+    poses, shape = state.motion[1:], layout.boat
+    margin = max(0.0035, 1.1 * layout.unit / layout.camera.scale)
+    inner = inset(shape, margin) if layout.detailed else shape
+    outlines, hulls = layout.pixels(shape, poses), layout.pixels(inner, poses)
+    bows = layout.pixels(bow(inner, 1.3 * layout.enlarged * layout.params.boat.bow), poses)
+    for hull in outlines:
+        _cast_shadow(canvas, layout, hull)
+    for boat, works in enumerate(state.working):
+        _paint_wash(canvas, layout, state.thrust[boat], poses[boat])
+        if layout.detailed:
+            canvas.fill(outlines[boat], EDGE)
+        canvas.fill(hulls[boat], boat_colour(boat) if works else FAILED)
+        canvas.fill(bows[boat], WHITE if works else mix(FAILED, WHITE, 0.5))
+        if not works:
+            _paint_cross(canvas, layout, poses[boat])
+
+
+def _paint_wash(canvas: Canvas, layout: Layout, thrust: Float, pose: Float) -> None:
+    """Paints white water astern of the motors that push; ``thrust`` (2,) N."""
+    boat = layout.params.boat
+    for share, y in zip(thrust / boat.thrust, (boat.lever_arm, -boat.lever_arm), strict=True):
+        if share > 0.05:
+            mouth = 0.1 * boat.length + 0.1j * boat.width
+            jet = np.array([mouth, -0.6 * share * boat.length, mouth.conjugate()])
+            jet = layout.enlarged * (jet + 1j * y) + layout.boat.real.min()
+            canvas.fill(layout.pixels(jet, pose), mix(WATER, WHITE, 0.5))
+
+
+def _paint_cross(canvas: Canvas, layout: Layout, pose: Float) -> None:
+    """Paints the cross on a boat that has failed."""
+    reach = 0.3 * layout.enlarged * layout.params.boat.width
+    middle = layout.boat.real.min() + 0.42 * np.ptp(layout.boat.real)
+    for diagonal in (1 + 1j, 1 - 1j):
+        ends = layout.pixels(middle + reach * np.array([-diagonal, diagonal]), pose)
+        canvas.lines(ends, 0.4 * reach * layout.camera.scale, MARK)

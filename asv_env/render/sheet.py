@@ -1,0 +1,62 @@
+"""A canvas of pygame's, and pygame itself, which the other modules take from here."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from asv_env.render.colours import Colour, mix
+from asv_env.types import Float
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+try:
+    import pygame
+except ImportError as error:
+    raise ImportError('rendering needs pygame-ce: pip install "asv-env[eval]"') from error
+
+FINE = 2
+"""Pixels of a sheet per pixel of the frame: scaling it down smooths every edge."""
+
+
+class Sheet:
+    """A ``layout.Canvas``, finer than the frame.
+
+    Args:
+        size: (width, height) of the frame, px.
+        text: height of the letters, px.
+    """
+
+    def __init__(self, size: tuple[int, int], text: int) -> None:
+        pygame.font.init()
+        self.surface = pygame.Surface((FINE * size[0], FINE * size[1]), 0, 32)
+        self._font = pygame.font.Font(None, FINE * text)
+
+    def copy(self, other: Sheet) -> None:
+        """Takes over the content of another sheet."""
+        self.surface.blit(other.surface, (0, 0))
+
+    def fill_gradient(self, top: Colour, bottom: Colour) -> None:
+        """Fills the sheet with colours between two."""
+        width, height = self.surface.get_size()
+        for row in range(height):
+            self.surface.fill(mix(top, bottom, row / (height - 1)), (0, row, width, 1))
+
+    def fill(self, points: Float, colour: Colour) -> None:
+        """Fills a polygon; pygame's coordinates are those of the centres of pixels."""
+        fine = FINE * points - 0.5
+        pygame.draw.polygon(self.surface, colour, np.rint(fine).tolist())
+        pygame.draw.aalines(self.surface, colour, True, fine.tolist())
+
+    def lines(self, points: Float, width: float, colour: Colour) -> None:
+        """Draws a line through points."""
+        fine = FINE * points - 0.5
+        pygame.draw.lines(self.surface, colour, False, fine.tolist(), max(1, round(FINE * width)))
+
+    def write(self, text: str, where: tuple[float, float], anchor: str, colour: Colour) -> float:
+        """Writes a line of text at its anchor; returns its width, px."""
+        image = self._font.render(text, True, colour)
+        box = image.get_rect()
+        setattr(box, anchor, (FINE * where[0], FINE * where[1]))
+        self.surface.blit(image, box)
+        return image.get_width() / FINE
