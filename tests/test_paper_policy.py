@@ -16,13 +16,13 @@ from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.tasks.formation import slots
 from asv_env.types import rows
 from baselines.paper.coasting import coasting_speed
-from baselines.paper.paper_policy import IN_RANGE, PaperGains, PaperPolicy
+from baselines.paper.paper_gains import GAINS, IN_RANGE
+from baselines.paper.paper_policy import PaperPolicy
 from baselines.rollout import loop
 
 GOAL = (0.55, -0.95, 0.1)
 CENTRE = 0.57727235
 """x of the first circle's centre for that goal and alpha_1 = 1, from the checked equations, m."""
-GAINS = PaperGains()
 
 
 class Trial:
@@ -186,7 +186,7 @@ def test_pushers_turn_the_vessel_to_face_the_centre():
     centre = np.abs(position[1:3] - CENTRE) / CENTRE * coasting_speed(params.hulls()[0], IN_RANGE)
     u = slots(params, 4)[1:3].real
     np.testing.assert_allclose(
-        action[0, 1:3, 0] * FULL_SPEED, centre + GAINS.facing * 0.1 * u, rtol=1e-5
+        action[0, 1:3, 0] * FULL_SPEED, centre + GAINS.vessel_yaw * 0.1 * u, rtol=1e-5
     )
     assert action[0, 1, 0] < straight[0, 1, 0]
 
@@ -201,7 +201,7 @@ def test_end_boats_lean_against_the_drift_of_the_vessel():
     action, _ = decide(params, drifted, memory)
     on_circle, _ = decide(params, begun, memory)
     leans = (action - on_circle)[0, (0, 3), 1] * FULL_YAW_RATE
-    np.testing.assert_allclose(leans, GAINS.steering * 0.01 / GAINS.drift, rtol=1e-3)
+    np.testing.assert_allclose(leans, GAINS.steering * 0.01 / GAINS.cross_track, rtol=1e-3)
 
 
 def test_coasting_speed_agrees_with_the_integrated_motion():
@@ -224,8 +224,8 @@ def test_motors_are_off_from_20_cm_on(mode):
         distances.append(float(trial.sim.relations.goal_error[0]))
         action = trial.act()
         thrusts.append(np.abs(trial.sim.state.thrust).max())
-        assert trial.memory.off[0] == (min(distances) < IN_RANGE)
-        if trial.memory.off[0] and mode == "thrusters":
+        assert trial.memory.motors_off[0] == (min(distances) < IN_RANGE)
+        if trial.memory.motors_off[0] and mode == "thrusters":
             assert not action.any()
     off = np.argmax(np.array(distances) < IN_RANGE)
     assert 50 < off < len(distances) - 100
@@ -263,7 +263,7 @@ def test_wheel_speeds_are_those_of_eq_3():
     difference = GAINS.steering * params.boat.lever_arm * np.cos(phase)
     left, right = memory.wheels[0].T
     np.testing.assert_allclose((left - right) / 2, difference, atol=1e-12)
-    assert ((left + right) / 2 <= GAINS.fastest + 1e-12).all()
+    assert ((left + right) / 2 <= GAINS.max_speed + 1e-12).all()
 
 
 def test_thrust_keeps_the_wheel_speed_up_in_steady_motion():
@@ -351,7 +351,7 @@ def test_a_new_episode_begins_without_memory_of_the_last():
     begun = sensed(params, (0, 1))
     policy = PaperPolicy(params)
     _, memory = policy.act(begun, np.empty(0), trial.memory, np.array([True, False]))
-    assert memory.way[0] == 0 < trial.memory.way[0]
+    assert memory.travelled[0] == 0 < trial.memory.travelled[0]
     np.testing.assert_array_equal(memory.centre[0], decide(params, begun)[1].centre[0])
 
 

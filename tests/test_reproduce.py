@@ -12,7 +12,7 @@ from asv_env.render.outlines import outline
 from asv_env.tasks import formation
 from baselines.paper import dubins, two_arc
 from baselines.paper.arcs import advance
-from baselines.paper.paper_policy import ARRIVAL_TIME, IN_RANGE, PaperGains
+from baselines.paper.paper_gains import ARRIVAL_TIME, GAINS, IN_RANGE
 from baselines.paper.spiral import arc_length, exact_bearing_offset
 from baselines.policy import Idle
 from baselines.reproduce import (
@@ -223,7 +223,7 @@ def test_captions_say_the_numbers_of_the_code():
         "fig5": [written(paths.CORRECTED_GOAL), f"alpha_1 = {definitions.ALPHA1:g}"],
         "fig6": [
             *(f"variance {runs.VARIANCE:g}", written(runs.GOALS[0])),
-            *(f"T_goal = {ARRIVAL_TIME['thrusters']:g} s", f"{100 * PaperGains().fastest:g} cm/s"),
+            *(f"T_goal = {ARRIVAL_TIME['thrusters']:g} s", f"{100 * GAINS.max_speed:g} cm/s"),
         ],
         "fig7": [written(goal) for goal in runs.GOALS],
         "fig8": [written(runs.GOALS[0]), f"{100 * IN_RANGE:g} cm from the goal"],

@@ -11,7 +11,8 @@ import numpy as np
 from asv_env.params import EnvParams
 from asv_env.tasks import formation
 from asv_env.types import Bool, Complex, Float
-from baselines.paper.paper_policy import PaperPolicy, nearest
+from baselines.paper.paper_policy import PaperPolicy
+from baselines.paper.target_assignment import nearest
 from baselines.reproduce.experiments import MakePolicy, before_closure, experiment, run
 from baselines.reproduce.job import Job
 from baselines.reproduce.samples import rows_of
@@ -33,12 +34,12 @@ def numbered(points: Complex, boat: Complex, *_: Any) -> Complex:
 def by_number(params: EnvParams) -> PaperPolicy:
     """The paper's policy whose boats go to the targets of their numbers."""
     points = formation.slots(params, params.num_boats)
-    return PaperPolicy(params, attribution=partial(numbered, points))
+    return PaperPolicy(params, assignment=partial(numbered, points))
 
 
 ATTRIBUTIONS: dict[str, MakePolicy] = {
     "re-attributed at each tick": PaperPolicy,
-    "kept, least total distance at the start": partial(PaperPolicy, attribution=kept),
+    "kept, least total distance at the start": partial(PaperPolicy, assignment=kept),
     "kept, by the boats' numbers": by_number,
 }
 

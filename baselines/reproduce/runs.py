@@ -14,7 +14,7 @@ from baselines.evaluate.policy_sources import POLICIES
 from baselines.paper import two_arc
 from baselines.paper.arcs import ArcPath
 from baselines.paper.experiment import PAPER_GOAL
-from baselines.paper.paper_policy import IN_RANGE
+from baselines.paper.paper_gains import IN_RANGE
 from baselines.policy import Policy
 from baselines.reproduce.definitions import ALPHA1
 from baselines.reproduce.experiments import MakePolicy, experiment, run, simulation

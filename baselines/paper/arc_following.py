@@ -1,0 +1,84 @@
+"""The push of the paper's controller: two arcs, and the boats that keep the vessel on them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asv_env.geometry import direction
+from asv_env.params import TINY
+from asv_env.tasks.formation import Relations
+from asv_env.types import Bool
+from baselines.paper import pushing, two_arc
+from baselines.paper.paper_gains import IN_RANGE, PaperGains
+from baselines.paper.paper_memory import Memory
+from baselines.paper.steering import Steering, as_pairs
+
+CURVATURES = (1e-6, 1e3)
+"""Bounds of the curvature, 1/m: the centre of a straight is far away, a turn on the spot a small
+circle."""
+
+
+def plan_arcs(relations: Relations, new: Bool, alpha1: float, memory: Memory) -> None:
+    """Plan the two arcs (Eqs 9-15) of the worlds that are new to the push, from where they are.
+
+    Args:
+        relations: of all worlds.
+        new: (W,) worlds to plan for; their goals are known.
+        alpha1: turn of the first arc, rad, but where the goal's heading leaves no choice.
+        memory: receives the arcs.
+    """
+    goal = np.stack([relations.goal.real, relations.goal.imag, -relations.heading_error], -1)[new]
+    only = 2 * np.arctan2(goal[:, 0], -goal[:, 1])
+    path = two_arc.plan(goal, np.where(np.abs(goal[:, 2]) < TINY, only, alpha1))
+    joints = path.joints
+    position, heading = relations.position[new, :1], relations.heading[new, :1]
+    points = position + heading * (joints[..., 0] + 1j * joints[..., 1])
+    rho = np.where(path.curvature < 0, -1.0, 1.0) / np.clip(np.abs(path.curvature), *CURVATURES)
+    memory.centre[new] = points[:, :2] + rho * heading * direction(joints[:, :2, 2])
+    memory.rho[new], memory.length[new], memory.goal[new] = rho, path.length, points[:, 2]
+    memory.last_position[new], memory.travelled[new] = position[:, 0], 0.0
+    memory.pushing |= new
+
+
+def follow_arcs(relations: Relations, memory: Memory) -> None:
+    """Switch to the second arc past the end of the first, and the motors off near the goal."""
+    position = relations.position[:, 0]
+    centre, rho = memory.centre[:, 0], memory.rho[:, 0]
+    turned = np.angle((position - centre) * (memory.last_position - centre).conj())
+    memory.travelled += rho * turned
+    memory.last_position = position
+    memory.arc |= memory.pushing & (memory.travelled >= memory.length[:, 0])
+    memory.motors_off |= memory.pushing & (np.abs(memory.goal - position) < IN_RANGE)
+
+
+def push_steering(
+    relations: Relations, memory: Memory, mean_speed: float, half_length: float, gains: PaperGains
+) -> Steering:
+    """Steer round the centre of the circle, at the speeds of Eq (16).
+
+    The inner boats keep their places along the hull, and by the difference of their speeds turn
+    the vessel's axis to the centre. Each end boat keeps abreast of the vessel on the planned
+    circle of its own place, and so pushes back a vessel that drifts off.
+
+    Args:
+        relations: of the boats to the targets that are assigned to them.
+        memory: of the controller, with the arcs.
+        mean_speed: of the vessel's centre, m/s.
+        half_length: of the vessel, m; targets beyond it are those of end boats.
+        gains: of the controller.
+    """
+    world = np.arange(len(memory.arc))
+    centre, rho = memory.centre[world, memory.arc], memory.rho[world, memory.arc][:, None]
+    boats, vessel = relations.position[:, 1:], relations.position[:, :1]
+    speed = pushing.speeds(as_pairs(boats), as_pairs(centre[:, None]), as_pairs(vessel), mean_speed)
+    from_centre = (relations.position - centre[:, None]) * relations.heading[:, :1].conj()
+    axis_error = np.angle(-np.sign(rho) * from_centre[:, :1])
+    target = memory.target.real
+    end_boat = np.abs(target) > half_length
+    off_circle = np.abs(from_centre[:, 1:]) - np.abs(rho - target)
+    outwards = np.where(end_boat, off_circle, np.sign(rho) * relations.slot_gap.real)
+    limit = gains.max_yaw_offset
+    phi = np.pi / 2 - np.clip(outwards / gains.cross_track, -limit, limit)
+    behind = -gains.keep_up * relations.slot_gap.imag
+    speed += np.where(end_boat, behind, -gains.vessel_yaw * axis_error * relations.boat.real)
+    return Steering(np.angle(from_centre[:, 1:]), np.broadcast_to(rho > 0, phi.shape), phi, speed)

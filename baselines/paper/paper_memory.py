@@ -1,0 +1,63 @@
+"""What the team under the paper's controller remembers from tick to tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asv_env.types import Bool, Complex, Float, Int
+
+FAR_AWAY = 1e6
+"""Distance of the circle's centre before any arc is planned, m."""
+
+
+@dataclass
+class Memory:
+    """State of the controller; every array has the worlds as its first axis.
+
+    Attributes:
+        target: (W, A) vessel-frame slot that is assigned to each boat, m; NaN before the first.
+        turn_direction: (W, A) D of each boat for that target.
+        pushing: (W,) whether the push has begun.
+        motors_off: (W,) whether the motors are off for good.
+        goal: (W,) position where the arcs end, m.
+        centre: (W, 2) centres of the two circles, m.
+        rho: (W, 2) positions of the centres along the vessel's +x axis, m.
+        length: (W, 2) lengths of the arcs, m.
+        arc: (W,) index of the arc that the vessel is on, 0 or 1.
+        travelled: (W,) path length round the first centre, m.
+        last_position: (W,) position of the vessel at the last tick, m.
+        wheels: (W, A, 2) left and right wheel speed commanded at the last tick, m/s.
+    """
+
+    target: Complex
+    turn_direction: Int
+    pushing: Bool
+    motors_off: Bool
+    goal: Complex
+    centre: Complex
+    rho: Float
+    length: Float
+    arc: Int
+    travelled: Float
+    last_position: Complex
+    wheels: Float
+
+
+def blank_memory(worlds: int, team: int) -> Memory:
+    """Return the memory at the start of episodes: no targets, no arcs, the wheels at rest."""
+    return Memory(
+        target=np.full((worlds, team), np.nan, dtype=np.complex128),
+        turn_direction=np.zeros((worlds, team), dtype=np.int64),
+        pushing=np.zeros(worlds, dtype=np.bool_),
+        motors_off=np.zeros(worlds, dtype=np.bool_),
+        goal=np.zeros(worlds, dtype=np.complex128),
+        centre=np.full((worlds, 2), FAR_AWAY, dtype=np.complex128),
+        rho=np.full((worlds, 2), FAR_AWAY),
+        length=np.zeros((worlds, 2)),
+        arc=np.zeros(worlds, dtype=np.int64),
+        travelled=np.zeros(worlds),
+        last_position=np.zeros(worlds, dtype=np.complex128),
+        wheels=np.zeros((worlds, team, 2)),
+    )
