@@ -85,18 +85,18 @@ class ArcPath:
 
     @property
     def total_length(self) -> Float:
-        """(...) m."""
+        """Length (...) m of each path."""
         total: Float = self.length.sum(axis=-1)
         return total
 
     @property
     def turn(self) -> Float:
-        """(..., n) rad: signed change of heading over each segment (the paper's alpha_k)."""
+        """Signed change of heading (..., n) rad over each segment (the paper's alpha_k)."""
         return self.curvature * self.length
 
     @property
     def joints(self) -> Float:
-        """(..., n + 1, 3): poses at the start, between the segments and at the end."""
+        """Poses (..., n + 1, 3) at the start, between the segments and at the end."""
         before = self.start[..., 2:] + np.cumsum(self.turn, axis=-1) - self.turn
         chords = _chord(before, self.turn, self.length)
         steps = np.stack([chords.real, chords.imag, self.turn], axis=-1)
@@ -106,12 +106,12 @@ class ArcPath:
 
     @property
     def end(self) -> Float:
-        """(..., 3) m, m, rad: the last pose, heading in (-pi, pi]."""
+        """Last pose (..., 3) m, m, rad, heading in (-pi, pi]."""
         return self.joints[..., -1, :]
 
     @property
     def centres(self) -> Float:
-        """(..., n, 2) m: centres of the circles; both coordinates inf where straight."""
+        """Centres (..., n, 2) m of the circles; both coordinates are inf where straight."""
         straight = np.abs(self.curvature) < np.finfo(np.float64).tiny
         radius = 1 / np.where(straight, 1.0, self.curvature)
         poses = self.joints[..., :-1, :]
@@ -121,7 +121,7 @@ class ArcPath:
         return np.where(straight[..., None], np.inf, centres)
 
     def pose_at(self, s: ArrayLike) -> Float:
-        """Poses (..., 3) m, m, rad after the distances s (...) m, held within the path.
+        """Return the poses (..., 3) m, m, rad at the distances s (...) m, clipped to the path.
 
         s broadcasts against the leading axes as NumPy does: for 20 distances on each of 256
         paths, s (20, 256), or s (256, 20) on `path[:, None]`.
@@ -133,24 +133,24 @@ class ArcPath:
         return pose
 
     def segment_at(self, s: ArrayLike) -> NDArray[np.intp]:
-        """(...): index of the segment at the distance s (...) m; a joint belongs to the next."""
+        """Return the segment (...) at the distance s (...) m; a joint belongs to the next one."""
         s = self._distances(s)
         joints = np.moveaxis(np.cumsum(self.length[..., :-1], axis=-1), -1, 0)
         return sum((s >= joint for joint in joints), np.zeros(s.shape, dtype=np.intp))
 
     def curvature_at(self, s: ArrayLike) -> Float:
-        """(...) 1/m: curvature at the distance s (...) m; a joint belongs to the next segment."""
+        """Return the curvature (...) 1/m at the distance s (...) m; see `segment_at`."""
         return self.curvature.take(self._flat_segment_at(s))
 
     @cached_property
     def _segments(self) -> Float:
-        """One row a segment of all paths: its first pose, its curvature, the way to it in m."""
+        """Rows, one a segment of all paths: first pose, curvature, path length before it in m."""
         begin = np.cumsum(self.length, axis=-1) - self.length
         columns = [self.joints[..., :-1, :], self.curvature[..., None], begin[..., None]]
         return np.concatenate(columns, axis=-1).reshape(-1, 5)
 
     def _flat_segment_at(self, s: ArrayLike) -> NDArray[np.intp]:
-        """(...): `segment_at`, counted over the segments of all paths."""
+        """Return `segment_at`, counted over the segments of all paths (...)."""
         first = np.arange(0, self.length.size, self.length.shape[-1])
         flat: NDArray[np.intp] = first.reshape(self.length.shape[:-1]) + self.segment_at(s)
         return flat

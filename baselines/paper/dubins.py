@@ -1,4 +1,4 @@
-"""Shortest path of bounded curvature (Dubins 1957), the yardstick for the two-arc paths.
+"""Shortest path of bounded curvature (Dubins 1957), with which two-arc paths are compared.
 
 All six words, the two of three turns (RLR, LRL) included, which the paper leaves out; what it
 calls maximal curvature S_x/2 is the minimal radius. The car's direction of travel is the vessel's
@@ -45,7 +45,7 @@ def shortest(goal: ArrayLike, min_radius: ArrayLike) -> ArcPath:
 
 
 def length(goal: ArrayLike, min_radius: ArrayLike) -> Float:
-    """(...) m: length of the shortest path to `goal` (..., 3); see `shortest`."""
+    """Return the length (...) m of the shortest path to `goal` (..., 3); see `shortest`."""
     return shortest(goal, min_radius).total_length
 
 
@@ -93,14 +93,14 @@ def _three_turns(goal: Float, radius: Float) -> tuple[Float, Float]:
 
 
 def _per_word(side: Float, radius: Float) -> Float:
-    """(m, ...): the sides of the words, +1 left and -1 right, beside the batch axes."""
+    """Sides (m, ...) of the words, +1 left and -1 right, in front of the batch axes."""
     return np.multiply.outer(side, np.ones_like(radius))
 
 
 def _between_centres(
     goal: Float, radius: Float, s1: Float, s3: Float
 ) -> tuple[Float, Float, Float]:
-    """Vector (m, ..., 2) from the first circle's centre to the last's, and both courses psi."""
+    """Vector (m, ..., 2) from the first circle's centre to the last's, and the end courses psi."""
     start, end = np.full(goal.shape[:-1], -np.pi / 2), goal[..., 2] - np.pi / 2
     # The left normal of the course psi = h - pi/2 is (cos h, sin h), the vessel's long axis.
     axis = np.stack([np.cos(goal[..., 2]), np.sin(goal[..., 2])], axis=-1)

@@ -24,7 +24,7 @@ def angular_distance(a: ArrayLike, b: ArrayLike) -> Float:
 
 
 def bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Float:
-    """Angle phi between heading and target on the way in (Eq 2).
+    """Angle phi between heading and target during the approach (Eq 2).
 
     The target lies phi to the right of the heading when circling clockwise, to the left when
     counter-clockwise. The orbit of Eqs (2)-(3) is near the spiral of Eq (4), not equal to it.
@@ -68,9 +68,9 @@ def asymptotic_radius(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Flo
         ValueError: sigma <= 0, a negative r0 or theta0, or a number is not finite.
     """
     r0, theta0 = not_negative("r0", r0), not_negative("theta0", theta0)
-    share = -np.expm1(-theta0 / positive("sigma", sigma))
+    fraction = -np.expm1(-theta0 / positive("sigma", sigma))
     straight = np.where(r0 > 0, np.inf, 0.0)
-    return np.where(share > 0, r0 / np.where(share > 0, share, 1.0), straight)[()]
+    return np.where(fraction > 0, r0 / np.where(fraction > 0, fraction, 1.0), straight)[()]
 
 
 def arc_length(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Float:
@@ -110,7 +110,7 @@ def approach_speed(
     min_speed: ArrayLike = 0.0,
     min_time: ArrayLike = 0.5,
 ) -> Float:
-    """Speed that ends a path on time (Eq 7), also when asked again and again on the way.
+    """Speed that ends a path on time (Eq 7), also when asked again and again along it.
 
     Eq (7) is length / time; with stop_radius the path ends that much earlier. Asked online, the
     quotient is singular at the end: hence the floor of the time and the bounds of the speed.

@@ -63,11 +63,11 @@ def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
             f"alpha1 = {wrong} cannot reach the goal ({x}, {y}) with unchanged heading: only "
             f"alpha1 = 2 atan2(x_f, -y_f) = {2 * np.arctan2(x, -y)} can"
         )
-    # Equal shares give both arcs of the one-parameter family at h_f = 0 the same, largest radius.
-    share = 0.5 * _dot(goal, e1)
+    # Equal halves give both arcs of the one-parameter family at h_f = 0 the same, largest radius.
+    half = 0.5 * _dot(goal, e1)
     safe = np.where(parallel, 1.0, determinant)
-    chord1 = np.where(parallel, share, _cross(goal, e2) / safe)
-    chord2 = np.where(parallel, share, _cross(e1, goal) / safe)
+    chord1 = np.where(parallel, half, _cross(goal, e2) / safe)
+    chord2 = np.where(parallel, half, _cross(e1, goal) / safe)
     return _path(alpha1, chord1, alpha2, chord2, distance)
 
 
@@ -117,7 +117,7 @@ def feasible(path: ArcPath, min_radius: ArrayLike) -> NDArray[np.bool_]:
 
 
 def reason(path: ArcPath, min_radius: ArrayLike) -> str | NDArray[np.str_]:
-    """Why `path` is not feasible, in words; empty where it is. One string, or an array (...)."""
+    """Return why `path` is not feasible, "" where it is: one string, or an array (...)."""
     tightness, backwards = _tightness(path), _backwards(path)
     narrowest, straight = tightness.argmax(axis=-1), backwards.argmax(axis=-1)
     ok = feasible(path, min_radius)
@@ -142,17 +142,17 @@ def _reason(
 
 
 def _tightness(path: ArcPath) -> Float:
-    """(..., n) 1/m: absolute curvature, 0 where the segment hardly turns."""
+    """Absolute curvature (..., n) 1/m; 0 where the segment hardly turns."""
     return np.where(np.abs(path.turn) > TOLERANCE, np.abs(path.curvature), 0.0)
 
 
 def _backwards(path: ArcPath) -> NDArray[np.bool_]:
-    """(..., n): segments where `_arc` had to cut off an infinite detour."""
+    """Whether `_arc` had to cut off an infinite detour in each segment (..., n)."""
     return np.abs(path.turn) >= 2 * np.pi - 2 * LEAST_DETOUR_TURN
 
 
 def _candidates(goal: Float, min_radius: Float) -> ArcPath:
-    """(4, ...): one radius is +-min_radius, the other follows from what is left of the goal."""
+    """Paths (4, ...): one radius is +-min_radius, the other follows from the rest of the goal."""
     x, y, heading = np.moveaxis(goal, -1, 0)
     scale = np.hypot(x, y) + min_radius
     radius = np.multiply.outer([1.0, -1.0], np.broadcast_to(min_radius, scale.shape))
