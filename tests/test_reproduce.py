@@ -19,21 +19,21 @@ from baselines.reproduce import (
     __main__ as command,
 )
 from baselines.reproduce import (
-    approach_figures,
     artefact,
-    attribution,
     claims,
+    comparison_rows,
     contents,
-    definitions,
-    drawing,
-    page,
-    paths,
-    planners,
-    runs,
-    samples,
-    states,
+    fig1_2_definitions,
+    fig3_4_approach,
+    fig5_paths,
+    fig6_9_states,
+    fig10_trials,
+    planner_comparison,
+    readme_table,
+    reattribution,
+    single_runs,
+    sketch,
     style,
-    trials,
 )
 from baselines.reproduce.job import Job
 from baselines.rollout import episodes, loop, provenance
@@ -125,7 +125,7 @@ def test_a_run_that_was_stopped_goes_on(tmp_path, monkeypatch, capsys):
     with monkeypatch.context() as patch:
         patch.setitem(
             contents.ARTEFACTS, "fig5", type("Stopped", (artefact.Figure,), {"save": stopped})(
-                paths.correction, artefact.GEOMETRY
+                fig5_paths.correction, artefact.GEOMETRY
             )
         )  # fmt: skip
         with pytest.raises(SystemExit, match="to go on"):
@@ -153,7 +153,7 @@ def test_bad_options_are_refused_before_anything_is_made(arguments, message, tmp
     assert not (tmp_path / "none").exists()
 
 
-PAGE = f"Before.\n{page.START}\nold\n{page.END}\nAfter.\n"
+PAGE = f"Before.\n{readme_table.START}\nold\n{readme_table.END}\nAfter.\n"
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ PAGE = f"Before.\n{page.START}\nold\n{page.END}\nAfter.\n"
         (None, "table", "No such file"),
         ("", "table", "once each"),
         (PAGE + PAGE, "table", "once each"),
-        (f"{page.END}{page.START}", "table", "once each"),
+        (f"{readme_table.END}{readme_table.START}", "table", "once each"),
         (PAGE, "fig3", "add table to --only"),
     ],
 )
@@ -177,10 +177,10 @@ def test_a_page_that_cannot_take_the_table_is_refused(text, only, message, tmp_p
 
 
 def test_the_table_is_put_between_the_marks():
-    once = page.updated(PAGE, trials.table(JOB, STUDY))
-    assert once == page.updated(once, trials.table(JOB, STUDY))
+    once = readme_table.updated(PAGE, fig10_trials.table(JOB, STUDY))
+    assert once == readme_table.updated(once, fig10_trials.table(JOB, STUDY))
     assert once.startswith("Before.\n")
-    assert once.endswith(f"{page.END}\nAfter.\n")
+    assert once.endswith(f"{readme_table.END}\nAfter.\n")
     assert "old" not in once
     assert "| tank experiment (paper) | 12 | – | – | 4.88 ± 1.8 | -0.26 ± 0.44 |" in once
     assert "| simulation, paper, nominal | 4 | 75% | 25% | 4 ± 3.61 | 0 ± 0.26 |" in once
@@ -216,17 +216,17 @@ def test_captions_say_the_numbers_of_the_code():
 
     said = {
         "fig4": [
-            *(f"N = {approach_figures.SWARM}", f"T = {approach_figures.DURATION:g} s"),
-            *(f"{approach_figures.ENSEMBLE} swarms", f"{100 * approach_figures.NOISE_R:g} cm"),
-            f"{approach_figures.NOISE_ALPHA:g} rad",
+            *(f"N = {fig3_4_approach.SWARM}", f"T = {fig3_4_approach.DURATION:g} s"),
+            *(f"{fig3_4_approach.ENSEMBLE} swarms", f"{100 * fig3_4_approach.NOISE_R:g} cm"),
+            f"{fig3_4_approach.NOISE_ALPHA:g} rad",
         ],
-        "fig5": [written(paths.CORRECTED_GOAL), f"alpha_1 = {definitions.ALPHA1:g}"],
+        "fig5": [written(fig5_paths.CORRECTED_GOAL), f"alpha_1 = {fig1_2_definitions.ALPHA1:g}"],
         "fig6": [
-            *(f"variance {runs.VARIANCE:g}", written(runs.GOALS[0])),
+            *(f"variance {single_runs.VARIANCE:g}", written(single_runs.GOALS[0])),
             *(f"T_goal = {ARRIVAL_TIME['thrusters']:g} s", f"{100 * GAINS.max_speed:g} cm/s"),
         ],
-        "fig7": [written(goal) for goal in runs.GOALS],
-        "fig8": [written(runs.GOALS[0]), f"{100 * IN_RANGE:g} cm from the goal"],
+        "fig7": [written(goal) for goal in single_runs.GOALS],
+        "fig8": [written(single_runs.GOALS[0]), f"{100 * IN_RANGE:g} cm from the goal"],
     }
     for name, phrases in said.items():
         caption = " ".join(contents.ARTEFACTS[name].caption.split())
@@ -237,25 +237,25 @@ def test_captions_say_the_numbers_of_the_code():
 
 
 def test_description_of_a_sample():
-    assert samples.describe([1.0, 2.0, 3.0, 6.0]) == pytest.approx(
+    assert comparison_rows.describe([1.0, 2.0, 3.0, 6.0]) == pytest.approx(
         {"mean": 3.0, "sd": np.sqrt(14 / 3), "median": 2.5}
     )
-    assert samples.describe([4.0]) == {"mean": 4.0, "sd": None, "median": 4.0}
-    assert samples.describe([]) == {"mean": None, "sd": None, "median": None}
+    assert comparison_rows.describe([4.0]) == {"mean": 4.0, "sd": None, "median": 4.0}
+    assert comparison_rows.describe([]) == {"mean": None, "sd": None, "median": None}
 
 
 def test_interval_of_a_mean():
-    assert samples.interval([2.0, 2.0, 2.0]) == (2.0, 2.0)
-    assert samples.interval([2.0]) is None
+    assert comparison_rows.interval([2.0, 2.0, 2.0]) == (2.0, 2.0)
+    assert comparison_rows.interval([2.0]) is None
     sample = np.random.default_rng(1).normal(1.0, 0.5, 400)
-    low, high = samples.interval(sample)
+    low, high = comparison_rows.interval(sample)
     half = 1.96 * sample.std(ddof=1) / 20
     assert (low, high) == pytest.approx((sample.mean() - half, sample.mean() + half), abs=0.01)
 
 
 def test_share():
-    assert samples.share([True, False, False, True]) == 0.5
-    assert samples.share([]) is None
+    assert comparison_rows.share([True, False, False, True]) == 0.5
+    assert comparison_rows.share([]) is None
 
 
 def row(distance, heading, closure=80.0, success=False):
@@ -274,11 +274,11 @@ ROWS = [
     row(0.08, 0.2),
     row(5.0, 1.0),
 ]
-STUDY = {policy: dict.fromkeys(trials.SCENARIOS, ROWS) for policy in trials.COMPARED}
+STUDY = {policy: dict.fromkeys(fig10_trials.SCENARIOS, ROWS) for policy in fig10_trials.COMPARED}
 
 
 def test_table_against_a_case_worked_by_hand():
-    paper, ours, *_ = trials.table(JOB, STUDY)["rows"]
+    paper, ours, *_ = fig10_trials.table(JOB, STUDY)["rows"]
     assert paper["source"] == "tank experiment (paper)"
     assert [paper["distance mean (cm)"], paper["distance sd (cm)"]] == [4.88, 1.8]
     assert [paper["heading mean (rad)"], paper["heading sd (rad)"]] == [-0.26, 0.44]
@@ -303,7 +303,7 @@ def test_table_against_a_case_worked_by_hand():
 
 def test_figure_10_marks_the_trials_with_closure_and_their_means():
     for column, values in ((0, [1.0, 3.0]), (1, [0.1, -0.3])):
-        panel = trials.figure(JOB, STUDY).axes[column]
+        panel = fig10_trials.figure(JOB, STUDY).axes[column]
         paper, nominal, mean, *_ = panel.lines
         np.testing.assert_array_equal(nominal.get_xdata(), [1, 3])
         np.testing.assert_allclose(nominal.get_ydata(), values)
@@ -318,7 +318,7 @@ def test_table_as_text():
 
 
 def test_differences_are_paired():
-    first, second = samples.rows_of({"a": {"m": [1.0, 5.0]}, "b": {"m": [2.0, 6.0]}})
+    first, second = comparison_rows.rows_of({"a": {"m": [1.0, 5.0]}, "b": {"m": [2.0, 6.0]}})
     assert (first["condition"], first["mean"], first["difference"]) == ("a", 3.0, None)
     assert (second["condition"], second["mean"], second["its median"]) == ("b", 4.0, 1.0)
     assert second["difference"] == "+1 [+1, +1]"
@@ -337,9 +337,9 @@ def test_planners_are_compared_where_both_arrive():
     two = [episode(50.0, 0.01), episode(None, 0.5), episode(60.0, 0.02)]
     one = [episode(40.0, 0.03), episode(70.0, 0.02), episode(None, 0.04)]
     shown = {"lengths": {"0.2": {"alpha1 = 1": [1.0, None]}}, "episodes": {}}
-    for scenario in planners.SCENARIOS:
+    for scenario in planner_comparison.SCENARIOS:
         shown["episodes"][scenario] = {"two arcs": two, "Dubins": one}
-    table = planners.table(JOB, shown)
+    table = planner_comparison.table(JOB, shown)
     nominal = [row for row in table["rows"] if row["scenario"] == "nominal"]
     rows = {(row["condition"], row["measure"]): row for row in nominal}
     assert not any("|" in str(cell) for row in nominal for cell in row.values())
@@ -360,7 +360,7 @@ def marks(axes):
 
 
 def test_fig_1_shows_the_vessel_and_the_slots_of_the_code():
-    (axes,) = definitions.closure(JOB).axes
+    (axes,) = fig1_2_definitions.closure(JOB).axes
     params = make_params("push")
     outlines = [patch.get_xy()[:-1] for patch in axes.patches if hasattr(patch, "get_xy")]
     np.testing.assert_allclose(outlines[0], params.vessel.outline)
@@ -371,14 +371,14 @@ def test_fig_1_shows_the_vessel_and_the_slots_of_the_code():
 
 
 def test_fig_2_shows_the_centres_of_the_papers_goal():
-    _, axes = definitions.quantities(JOB).axes
+    _, axes = fig1_2_definitions.quantities(JOB).axes
     known = [[0.57727235, 0], [-0.07284169, -1.01249262], [0.26537077, -0.48575793]]
     np.testing.assert_allclose(marks(axes), known, atol=1e-8)
 
 
 def test_fig_2_shows_angles_that_fit_the_boat():
-    axes, _ = definitions.quantities(JOB).axes
-    x, y = definitions.EXAMPLE_BOAT
+    axes, _ = fig1_2_definitions.quantities(JOB).axes
+    x, y = fig1_2_definitions.EXAMPLE_BOAT
     spiral = next(line for line in axes.lines if line.get_linestyle() == "--").get_xydata()
     np.testing.assert_allclose(spiral[0], [x, y])
     np.testing.assert_allclose(spiral[-1], 0.0, atol=1e-12)
@@ -386,7 +386,7 @@ def test_fig_2_shows_angles_that_fit_the_boat():
 
 @pytest.mark.parametrize(("theta", "sense"), [(0.7, 0), (2.9, 1)])
 def test_drawn_spiral_has_the_length_and_the_headings_of_the_equations(theta, sense):
-    points = approach_figures.spiral_points(1.3, theta, 0.7, sense) @ [1, 1j]
+    points = fig3_4_approach.spiral_points(1.3, theta, 0.7, sense) @ [1, 1j]
     steps = np.diff(points)
     assert np.abs(steps).sum() == pytest.approx(float(arc_length(1.3, theta, 0.7)), rel=1e-4)
     middle = (points[1:] + points[:-1])[:-20] / 2
@@ -397,22 +397,22 @@ def test_drawn_spiral_has_the_length_and_the_headings_of_the_equations(theta, se
 
 
 def test_fig_5_corrects_a_first_arc_that_boats_cannot_push():
-    path = two_arc.plan(np.array(paths.CORRECTED_GOAL), definitions.ALPHA1)
-    wrong = paths.uncorrected_lengths(path)
+    path = two_arc.plan(np.array(fig5_paths.CORRECTED_GOAL), fig1_2_definitions.ALPHA1)
+    wrong = fig5_paths.uncorrected_lengths(path)
     assert wrong[0] < 0 < wrong[1]
     assert (path.length > 0).all()
     for lengths in (wrong, path.length):
         pose = np.zeros(3)
         for curvature, length in zip(path.curvature, lengths, strict=True):
             pose = advance(pose, curvature, length)
-        np.testing.assert_allclose(pose[:2], paths.CORRECTED_GOAL[:2], atol=1e-9)
-        assert wrap(pose[2] - paths.CORRECTED_GOAL[2]) == pytest.approx(0, abs=1e-9)
+        np.testing.assert_allclose(pose[:2], fig5_paths.CORRECTED_GOAL[:2], atol=1e-9)
+        assert wrap(pose[2] - fig5_paths.CORRECTED_GOAL[2]) == pytest.approx(0, abs=1e-9)
 
 
 def test_maps_are_never_below_the_dubins_length():
-    for panel in paths.feasibility(JOB).axes[:8]:
+    for panel in fig5_paths.feasibility(JOB).axes[:8]:
         ratio = panel.collections[0].get_array().compressed()
-        assert len(ratio) > 0.5 * paths.CELLS**2
+        assert len(ratio) > 0.5 * fig5_paths.CELLS**2
         assert ratio.min() > 1 - 1e-9
 
 
@@ -430,8 +430,8 @@ def test_every_boat_has_a_colour_of_its_own():
 
 def test_poses_seen_from_a_frame():
     frame, pose = np.array([0.3, -0.2, 2.0]), np.array([0.1, 0.4, -1.5])
-    seen = runs.in_frame(pose, frame)
-    point = drawing.pairs(np.array([seen[0] + 1j * seen[1]]) * np.exp(2j)) + frame[:2]
+    seen = single_runs.in_frame(pose, frame)
+    point = sketch.pairs(np.array([seen[0] + 1j * seen[1]]) * np.exp(2j)) + frame[:2]
     np.testing.assert_allclose(point[0], pose[:2])
     assert wrap(seen[2] + 2.0) == pytest.approx(-1.5)
 
@@ -439,10 +439,10 @@ def test_poses_seen_from_a_frame():
 def driven(closure):
     """A run whose vessel drives the planned path exactly, as ``typical_run`` gives it."""
     goal = np.array([0.55, -0.95, 0.1])
-    path = two_arc.plan(goal, definitions.ALPHA1)
+    path = two_arc.plan(goal, fig1_2_definitions.ALPHA1)
     way = path.pose_at(np.linspace(0, float(path.total_length), 58))
     vessel = np.concatenate([np.zeros((10, 3)), way])
-    boats = np.stack([drawing.slots(make_params(), pose) for pose in vessel])
+    boats = np.stack([sketch.slots(make_params(), pose) for pose in vessel])
     poses = np.concatenate([vessel[:, None], boats], axis=1)
     return {
         "closure": closure,
@@ -453,7 +453,7 @@ def driven(closure):
 
 
 def test_states_of_a_run_are_found():
-    shown = runs.Run.read(driven(closure=2.0))
+    shown = single_runs.Run.read(driven(closure=2.0))
     assert shown.closure == 10
     np.testing.assert_allclose(shown.path.end[:2], [0.55, -0.95], atol=1e-9)
     joint = shown.path.joints[1, :2]
@@ -464,7 +464,7 @@ def test_states_of_a_run_are_found():
 
 @pytest.mark.parametrize("closure", [2.0, None])
 def test_a_run_is_drawn_with_and_without_closure(closure):
-    figure = states.experiment_states(JOB, driven(closure))
+    figure = fig6_9_states.experiment_states(JOB, driven(closure))
     assert len(figure.axes) == 6
     drawn = figure.axes[5].patches[0].get_xy()[:-1]
     expected = outline(make_params().vessel, np.array(driven(closure)["poses"][-1][0]))
@@ -474,7 +474,7 @@ def test_a_run_is_drawn_with_and_without_closure(closure):
 def test_shares_of_episodes_rise_by_one_episode_each():
     axes = style.panels(80, 60)[1][0]
     for values, points in (([3.0, None, 1.0, None], [[1, 0], [1, 0.25], [3, 0.5]]), ([None], [])):
-        planners.draw_shares(axes, values)
+        planner_comparison.draw_shares(axes, values)
         np.testing.assert_allclose(axes.lines[-1].get_xydata(), np.reshape(points, (-1, 2)))
 
 
@@ -491,7 +491,7 @@ def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
             seen.append(sensed)
 
     before = simulation.sensed.estimate.copy()
-    runs.NoisySight(Watch(), seed=0).act(simulation.sensed, None, None, None)
+    single_runs.NoisySight(Watch(), seed=0).act(simulation.sensed, None, None, None)
     np.testing.assert_array_equal(simulation.sensed.estimate, before)
     noise = seen[0].estimate - before
     np.testing.assert_array_equal(noise[:, 0], 0.0)
@@ -503,17 +503,17 @@ def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
 
 
 def test_both_comparisons_of_planners_have_the_same_goals():
-    world = planners.world("nominal")
+    world = planner_comparison.world("nominal")
     params = replace(world, task=replace(world.task, time_limit=0.2))
     tracks = list(loop.run(Idle, params, range(3, 6), 3))
     tracks.sort(key=lambda track: track.episode.seed)
     expected = [track.goal for track in tracks]
-    np.testing.assert_array_equal(planners.goals(params, range(3, 6)), expected)
+    np.testing.assert_array_equal(planner_comparison.goals(params, range(3, 6)), expected)
 
 
 def test_lengths_are_none_exactly_where_a_radius_is_too_small():
-    goals = planners.goals(planners.world("nominal"), range(40))
-    ratios = paths.lengths(goals, 0.2)
+    goals = planner_comparison.goals(planner_comparison.world("nominal"), range(40))
+    ratios = fig5_paths.lengths(goals, 0.2)
     assert min(r for by in ratios.values() for r in by if r is not None) > 1 - 1e-9
     for goal, one in zip(goals, ratios["alpha1 = 1"], strict=True):
         path = two_arc.plan(goal, 1.0)
@@ -521,22 +521,22 @@ def test_lengths_are_none_exactly_where_a_radius_is_too_small():
 
 
 def test_planners_may_turn_as_tightly_as_the_scripted_policy_does():
-    params = planners.world("nominal")
-    goals = planners.goals(params, range(100))
+    params = planner_comparison.world("nominal")
+    goals = planner_comparison.goals(params, range(100))
     router = Router(params.vessel, RouteGains())
     own = router.plan(goals[:, 0] + 1j * goals[:, 1], goals[:, 2])
-    assert 1 / np.abs(own.curvature).max() == pytest.approx(planners.least_radius(params))
+    assert 1 / np.abs(own.curvature).max() == pytest.approx(planner_comparison.least_radius(params))
 
 
-@pytest.mark.parametrize("name", planners.PLANNERS)
+@pytest.mark.parametrize("name", planner_comparison.PLANNERS)
 def test_the_policy_drives_the_paths_of_the_planner(name):
-    world = planners.world("nominal")
+    world = planner_comparison.world("nominal")
     params = replace(world, task=replace(world.task, time_limit=20.0))
-    radius = planners.least_radius(params)
+    radius = planner_comparison.least_radius(params)
     seen = []
 
     def make(params):
-        policy = planners.PLANNERS[name](params)
+        policy = planner_comparison.PLANNERS[name](params)
         act = policy.act
 
         def watched(*arguments):
@@ -548,7 +548,7 @@ def test_the_policy_drives_the_paths_of_the_planner(name):
         return policy
 
     tracks = list(loop.run(make, params, range(6), 6))
-    goals = planners.goals(params, range(6))
+    goals = planner_comparison.goals(params, range(6))
     expected = dubins.shortest(goals, radius)
     if name == "two arcs":
         arcs = two_arc.shortest(goals, radius)
@@ -566,8 +566,8 @@ def test_crossings_of_ways():
     ways = np.concatenate([time + 0j, 1j * time, 3 + time + 0.1j, 0.35 + 1j * time], axis=1)
     poses = np.zeros((12, 5, 3))
     poses[:, 1:, 0], poses[:, 1:, 1] = ways.real, ways.imag
-    assert attribution.crossings(poses) == 2
-    assert attribution.crossings(poses[:, [0, 1, 3]]) == 0
+    assert reattribution.crossings(poses) == 2
+    assert reattribution.crossings(poses[:, [0, 1, 3]]) == 0
 
 
 def test_boat_off_its_circle():
@@ -596,12 +596,12 @@ def test_role_of_the_dead_boat_is_the_one_that_it_has_in_the_simulation():
         assert claims.role_of_dead(params, seed) == ("end" if abs(dead.real) > 0.2 else "inner")
 
 
-@pytest.mark.parametrize("condition", attribution.ATTRIBUTIONS)
+@pytest.mark.parametrize("condition", reattribution.ATTRIBUTIONS)
 def test_boats_keep_their_targets_unless_re_attributed(condition):
     params = make_params("approach")
     simulation = Simulation(params, 12)
     observation = simulation.reset(seeds=range(12))
-    policy, memory = attribution.ATTRIBUTIONS[condition](params), None
+    policy, memory = reattribution.ATTRIBUTIONS[condition](params), None
     targets = []
     for tick in range(60):
         fresh = np.full(12, tick == 0)

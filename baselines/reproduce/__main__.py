@@ -11,11 +11,11 @@ from pathlib import Path
 from tqdm import tqdm
 
 from asv_env.checks import choice
-from baselines.reproduce import contents, page
+from baselines.reproduce import contents, readme_table
 from baselines.reproduce.artefact import Artefact
 from baselines.reproduce.contents import ARTEFACTS
 from baselines.reproduce.job import Job
-from baselines.reproduce.record import Record
+from baselines.reproduce.output_folder import Record
 
 CAPTIONS = "README.md"
 TABLE = "table"
@@ -64,7 +64,7 @@ def _check(options: argparse.Namespace) -> None:
     if options.page is not None:
         if TABLE not in options.only:
             raise ValueError(f"--page takes the table: add {TABLE} to --only")
-        page.check(options.page.read_text())
+        readme_table.check(options.page.read_text())
     options.job = Job(options.seed, options.trials, options.episodes)
     options.record = Record(options.out, options.job)
     options.missing = {
@@ -99,7 +99,7 @@ def reproduce(options: argparse.Namespace) -> None:
     (options.out / CAPTIONS).write_text(contents.captions(options.record.made()))
     if options.page is not None:
         table = json.loads((options.out / f"{TABLE}.json").read_text())
-        options.page.write_text(page.updated(options.page.read_text(), table))
+        options.page.write_text(readme_table.updated(options.page.read_text(), table))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

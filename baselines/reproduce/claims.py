@@ -13,11 +13,11 @@ from asv_env.types import Float
 from baselines.evaluate.policy_sources import POLICIES
 from baselines.paper import pushing
 from baselines.paper.arcs import advance
-from baselines.reproduce import attribution
-from baselines.reproduce.experiments import before_closure, experiment, run, simulation
+from baselines.reproduce import reattribution
+from baselines.reproduce.comparison_rows import row, rows_of
 from baselines.reproduce.job import Job
-from baselines.reproduce.runs import noisy_paper
-from baselines.reproduce.samples import row, rows_of
+from baselines.reproduce.paper_environments import before_closure, experiment, run, simulation
+from baselines.reproduce.single_runs import noisy_paper
 from baselines.rollout.episodes import PoseLog
 
 ARC, WATCHED = np.pi / 2, 1.0
@@ -45,7 +45,7 @@ def study(job: Job) -> dict[str, list[dict[str, Any]]]:
     """Rows of the table by claim."""
     return {
         "equal mass": equal_mass(job),
-        "re-attribution": attribution.compare(job),
+        "re-attribution": reattribution.compare(job),
         "pivot": pivot(job),
         "roles": missing_roles(job),
     }

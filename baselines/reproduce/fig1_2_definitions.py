@@ -14,8 +14,8 @@ from baselines.paper.arcs import ArcPath
 from baselines.paper.braitenberg import desired_heading, turn_direction
 from baselines.paper.experiment import PAPER_GOAL
 from baselines.paper.spiral import angular_distance, bearing_offset
-from baselines.reproduce import drawing, style
-from baselines.reproduce.approach_figures import spiral_points
+from baselines.reproduce import sketch, style
+from baselines.reproduce.fig3_4_approach import spiral_points
 from baselines.reproduce.job import Job
 
 ALPHA1 = 1.0
@@ -39,24 +39,24 @@ def closure(job: Job) -> Figure:
     figure, (axes,) = style.panels(style.COLUMN, 55.0)
     _draw_closure(axes, params)
     _draw_centres(axes, params.vessel.length / 2)
-    drawing.plane(axes)
+    sketch.plane(axes)
     axes.set(xlim=(-0.6, 0.6), ylim=(-0.4, 0.32))
     return figure
 
 
 def _draw_closure(axes: Axes, params: EnvParams) -> None:
-    poses = drawing.slots(params, np.zeros(3))
-    drawing.hull(axes, params.vessel, np.zeros(3))
+    poses = sketch.slots(params, np.zeros(3))
+    sketch.hull(axes, params.vessel, np.zeros(3))
     for pose in poses:
-        drawing.hull(axes, params.boat, pose, fc="none", lw=0.7)
-        drawing.arrow(
+        sketch.hull(axes, params.boat, pose, fc="none", lw=0.7)
+        sketch.arrow(
             axes,
             pose[:2],
-            drawing.ahead(pose, params.boat.length / 2),
+            sketch.ahead(pose, params.boat.length / 2),
             color=palette.VERMILLION,
             mutation_scale=5.0,
         )
-    drawing.crosses(axes, poses[:, :2], palette.BLUE, 5.0)
+    sketch.crosses(axes, poses[:, :2], palette.BLUE, 5.0)
 
 
 def _draw_centres(axes: Axes, half: float) -> None:
@@ -66,17 +66,17 @@ def _draw_centres(axes: Axes, half: float) -> None:
     axes.plot([-half, half], [0, 0], ":", color=palette.VERMILLION, lw=1.2, zorder=4)
     centre = np.array([EXAMPLE_RADIUS, 0.0])
     axes.plot(*centre, "o", color=palette.GREEN, ms=3.5, zorder=7)
-    drawing.label(axes, (EXAMPLE_RADIUS, 0.06), "C", palette.GREEN)
+    sketch.label(axes, (EXAMPLE_RADIUS, 0.06), "C", palette.GREEN)
     arc = ArcPath(np.zeros(3), np.array([1 / EXAMPLE_RADIUS]), np.array([0.6 * EXAMPLE_RADIUS]))
-    way = drawing.path_points(arc)
+    way = sketch.path_points(arc)
     axes.plot(*way.T, color=palette.GREEN, lw=0.9, zorder=4)
-    drawing.arrow(axes, way[-8], way[-1], color=palette.GREEN)
-    drawing.arrow(axes, (0, 0), (0, -0.2), color=palette.BLACK)
-    drawing.label(axes, (-0.06, -0.2), "-n")
+    sketch.arrow(axes, way[-8], way[-1], color=palette.GREEN)
+    sketch.arrow(axes, (0, 0), (0, -0.2), color=palette.BLACK)
+    sketch.label(axes, (-0.06, -0.2), "-n")
     for x, text in ((half, "S_x/2"), (EXAMPLE_RADIUS, r"\rho")):
         row = -0.3 if x == half else -0.36
-        drawing.arrow(axes, (0, row), (x, row), arrowstyle="<|-|>", lw=0.6, mutation_scale=5.0)
-        drawing.label(axes, (-0.06, row), text)
+        sketch.arrow(axes, (0, row), (x, row), arrowstyle="<|-|>", lw=0.6, mutation_scale=5.0)
+        sketch.label(axes, (-0.06, row), text)
         axes.plot([x, x], [row, 0], color=palette.GREY, lw=0.4, zorder=1)
 
 
@@ -96,7 +96,7 @@ def quantities(job: Job) -> Figure:
     _draw_approach(approach, params)
     _draw_push(push, params)
     for axes in (approach, push):
-        drawing.plane(axes)
+        sketch.plane(axes)
     return figure
 
 
@@ -108,32 +108,32 @@ def _draw_approach(axes: Axes, params: EnvParams) -> None:
     heading = float(desired_heading(alpha, sense, phi))
     pose = np.array([x, y, heading])
 
-    drawing.hull(axes, params.vessel, np.zeros(3), zorder=1)
+    sketch.hull(axes, params.vessel, np.zeros(3), zorder=1)
     axes.plot(*spiral_points(radius, theta, SIGMA, sense).T, "--", color=palette.GREY)
     axes.plot([0, x], [0, y], color=palette.BLACK, lw=0.7)
     axes.plot([0, 0.45], [0, 0], color=palette.GREY, lw=0.5)
     axes.plot([0, 0], [0, 0.45], color=palette.GREY, lw=0.5)
     axes.plot([x, x + 0.22], [y, y], color=palette.GREY, lw=0.5)
-    drawing.hull(axes, params.boat, pose, fc=palette.SKY)
-    drawing.arrow(axes, pose[:2], drawing.ahead(pose, 0.3), color=palette.VERMILLION)
-    drawing.crosses(axes, (0, 0), palette.BLUE, 6.0)
-    drawing.label(axes, (-0.05, -0.05), "T", palette.BLUE)
-    drawing.angle(axes, (0, 0), 0.0, alpha, 0.33, r"\alpha")
-    drawing.angle(axes, (0, 0), np.pi / 2, -theta, 0.25, r"\theta", palette.GREEN)
-    drawing.angle(axes, pose[:2], 0.0, heading, 0.13, "h", palette.VERMILLION)
-    drawing.angle(axes, pose[:2], alpha + np.pi, heading - alpha - np.pi, 0.2, r"\phi")
-    drawing.label(axes, (x + 0.03, y - 0.12), "(x, y)")
+    sketch.hull(axes, params.boat, pose, fc=palette.SKY)
+    sketch.arrow(axes, pose[:2], sketch.ahead(pose, 0.3), color=palette.VERMILLION)
+    sketch.crosses(axes, (0, 0), palette.BLUE, 6.0)
+    sketch.label(axes, (-0.05, -0.05), "T", palette.BLUE)
+    sketch.angle(axes, (0, 0), 0.0, alpha, 0.33, r"\alpha")
+    sketch.angle(axes, (0, 0), np.pi / 2, -theta, 0.25, r"\theta", palette.GREEN)
+    sketch.angle(axes, pose[:2], 0.0, heading, 0.13, "h", palette.VERMILLION)
+    sketch.angle(axes, pose[:2], alpha + np.pi, heading - alpha - np.pi, 0.2, r"\phi")
+    sketch.label(axes, (x + 0.03, y - 0.12), "(x, y)")
     axes.set(xlim=(-0.28, 1.05), ylim=(-0.5, 0.62))
 
 
 def _draw_push(axes: Axes, params: EnvParams) -> None:
     path = two_arc.plan(np.array(PAPER_GOAL), ALPHA1)
     joints, centres = path.joints, path.centres
-    drawing.hull(axes, params.vessel, joints[0])
-    drawing.hull(axes, params.vessel, joints[1], fc="none", ec=palette.GREY, lw=0.6)
-    drawing.goal(axes, params, joints[2])
-    axes.plot(*drawing.path_points(path).T, color=palette.BLUE, lw=1.4, zorder=6)
-    drawing.crosses(axes, np.concatenate([centres, joints[1:2, :2]]))
+    sketch.hull(axes, params.vessel, joints[0])
+    sketch.hull(axes, params.vessel, joints[1], fc="none", ec=palette.GREY, lw=0.6)
+    sketch.goal(axes, params, joints[2])
+    axes.plot(*sketch.path_points(path).T, color=palette.BLUE, lw=1.4, zorder=6)
+    sketch.crosses(axes, np.concatenate([centres, joints[1:2, :2]]))
     for k, (colour, names) in enumerate(
         zip(
             (palette.GREEN, palette.PURPLE),
@@ -145,9 +145,9 @@ def _draw_push(axes: Axes, params: EnvParams) -> None:
         axes.plot(*radii.T, color=colour, lw=0.7)
         first = radii[0] - radii[1]
         start = float(np.arctan2(first[1], first[0]))
-        drawing.angle(axes, centres[k], start, float(path.turn[k]), 0.15, names[1], colour)
-        drawing.label(axes, centres[k] + (0.08 * np.sign(path.curvature[k]), 0.0), names[0], colour)
+        sketch.angle(axes, centres[k], start, float(path.turn[k]), 0.15, names[1], colour)
+        sketch.label(axes, centres[k] + (0.08 * np.sign(path.curvature[k]), 0.0), names[0], colour)
         aside = np.array([-first[1], first[0]]) * np.sign(path.turn[k]) / np.hypot(*first)
-        drawing.label(axes, radii[:2].mean(axis=0) - 0.06 * aside, rf"\rho_{k + 1}", colour)
-    drawing.label(axes, joints[1, :2] + (0.29, 0.06), "(x_1, y_1)")
+        sketch.label(axes, radii[:2].mean(axis=0) - 0.06 * aside, rf"\rho_{k + 1}", colour)
+    sketch.label(axes, joints[1, :2] + (0.29, 0.06), "(x_1, y_1)")
     axes.set(xlim=(-0.35, 0.95), ylim=(-1.2, 0.25))

@@ -17,10 +17,10 @@ from asv_env.types import Complex, Float
 from baselines.evaluate.report import palette
 from baselines.paper import dubins, two_arc
 from baselines.paper.arcs import ArcPath
-from baselines.reproduce import paths, style
-from baselines.reproduce.experiments import MakePolicy, experiment, run
+from baselines.reproduce import fig5_paths, style
+from baselines.reproduce.comparison_rows import rows_of
 from baselines.reproduce.job import Job
-from baselines.reproduce.samples import rows_of
+from baselines.reproduce.paper_environments import MakePolicy, experiment, run
 from baselines.scripted.planner import SEGMENTS, RouteGains, Router
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
@@ -121,7 +121,7 @@ def compare(job: Job) -> dict[str, Any]:
     drawn = goals(params, job.seeds(GOALS))
     radii = (params.vessel.length / 2, least_radius(params))
     return {
-        "lengths": {f"{radius:.2g}": paths.lengths(drawn, radius) for radius in radii},
+        "lengths": {f"{radius:.2g}": fig5_paths.lengths(drawn, radius) for radius in radii},
         "episodes": {
             scenario: {
                 name: [

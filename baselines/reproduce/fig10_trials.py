@@ -14,9 +14,9 @@ from baselines.evaluate.policy_sources import POLICIES
 from baselines.evaluate.report import palette
 from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
 from baselines.reproduce import style
-from baselines.reproduce.experiments import experiment, run
+from baselines.reproduce.comparison_rows import describe, share
 from baselines.reproduce.job import Job
-from baselines.reproduce.samples import describe, share
+from baselines.reproduce.paper_environments import experiment, run
 
 COMPARED = ("paper", "scripted")
 SCENARIOS = ("nominal", "noisy")

@@ -13,9 +13,9 @@ from asv_env.tasks import formation
 from asv_env.types import Bool, Complex, Float
 from baselines.paper.paper_policy import PaperPolicy
 from baselines.paper.target_assignment import nearest
-from baselines.reproduce.experiments import MakePolicy, before_closure, experiment, run
+from baselines.reproduce.comparison_rows import rows_of
 from baselines.reproduce.job import Job
-from baselines.reproduce.samples import rows_of
+from baselines.reproduce.paper_environments import MakePolicy, before_closure, experiment, run
 
 THIN = 5
 """Of a log's poses, one in so many is kept to look for crossings."""

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from asv_env.params import EnvParams
 from asv_env.render.outlines import outline
 from baselines.evaluate.report import palette
-from baselines.reproduce import drawing, style
-from baselines.reproduce.experiments import experiment, simulation
+from baselines.reproduce import sketch, style
 from baselines.reproduce.job import Job
-from baselines.reproduce.runs import GOALS, Run
+from baselines.reproduce.paper_environments import experiment, simulation
+from baselines.reproduce.single_runs import GOALS, Run
 
 FAR = 1.5
 """Distance of a circle's centre from the vessel beyond which figures leave it out, m."""
@@ -60,12 +60,12 @@ def _states(run: Run, params: EnvParams, states: Sequence[int]) -> Figure:
             _draw_path(panel, run, params)
         else:
             for slot, colour in zip(
-                drawing.slots(params, run.poses[index, 0]),
+                sketch.slots(params, run.poses[index, 0]),
                 style.boat_colours(params.num_boats),
                 strict=True,
             ):
-                drawing.crosses(panel, slot[:2], colour, 3.5)
-        drawing.plane(panel)
+                sketch.crosses(panel, slot[:2], colour, 3.5)
+        sketch.plane(panel)
         panel.label_outer()
         panel.text(0.97, 0.96, f"{run.times[index]:.0f} s", transform=panel.transAxes,
                    ha="right", va="top")  # fmt: skip
@@ -104,9 +104,9 @@ def _draw_complete(axes: Axes, run: Run, params: EnvParams) -> None:
     _draw_ways(axes, run, params, last, 0.8)
     _draw_path(axes, run, params)
     for index in (0, run.closure):
-        drawing.hull(axes, params.vessel, run.poses[index, 0], fc="none", lw=0.5)
-        drawing.boats(axes, params, run.poses[index, 1:], alpha=0.45)
-    drawing.plane(axes)
+        sketch.hull(axes, params.vessel, run.poses[index, 0], fc="none", lw=0.5)
+        sketch.boats(axes, params, run.poses[index, 1:], alpha=0.45)
+    sketch.plane(axes)
     _frame(axes, run, params, last)
 
 
@@ -115,15 +115,15 @@ def _draw_ways(axes: Axes, run: Run, params: EnvParams, index: int, width: float
     for boat, colour in enumerate(style.boat_colours(params.num_boats), start=1):
         axes.plot(*run.poses[: index + 1, boat, :2].T, color=colour, lw=width, zorder=2)
     axes.plot(*run.poses[: index + 1, 0, :2].T, color=palette.BLACK, lw=width, zorder=4)
-    drawing.hull(axes, params.vessel, run.poses[index, 0])
-    drawing.boats(axes, params, run.poses[index, 1:])
+    sketch.hull(axes, params.vessel, run.poses[index, 0])
+    sketch.boats(axes, params, run.poses[index, 1:])
 
 
 def _draw_path(axes: Axes, run: Run, params: EnvParams) -> None:
-    drawing.goal(axes, params, run.goal)
-    drawing.crosses(axes, run.marks)
+    sketch.goal(axes, params, run.goal)
+    sketch.crosses(axes, run.marks)
     if run.path is not None:
-        axes.plot(*drawing.path_points(run.path).T, color=palette.SKY, lw=0.9, zorder=4)
+        axes.plot(*sketch.path_points(run.path).T, color=palette.SKY, lw=0.9, zorder=4)
 
 
 def _frame(axes: Axes, run: Run, params: EnvParams, index: int) -> None:

@@ -21,7 +21,7 @@ from baselines.paper.spiral import (
     asymptotic_radius,
     bearing_offset,
 )
-from baselines.reproduce import drawing, style
+from baselines.reproduce import sketch, style
 from baselines.reproduce.job import Job
 
 SIGMAS = ((1.0, r"$\sigma = 1$"), (np.sqrt(0.5), r"$\sigma^2 = 1/2$"))
@@ -46,7 +46,7 @@ def radius(theta: Float, sigma: float) -> Float:
 
 def spiral_points(r0: float, theta0: float, sigma: float, sense: int) -> Float:
     """Points (n, 2) of the spiral from (r0, theta0) to the target at the origin, m."""
-    theta = np.linspace(theta0, 0.0, drawing.STEPS)
+    theta = np.linspace(theta0, 0.0, sketch.STEPS)
     r = radius(theta, sigma) * asymptotic_radius(r0, theta0, sigma)
     alpha = np.pi / 2 - (2 * sense - 1) * theta
     return np.stack([r * np.cos(alpha), r * np.sin(alpha)], axis=-1)
@@ -62,7 +62,7 @@ def spiral(job: Job) -> Figure:
     figure, (shape, field) = style.panels(
         style.PAGE, 74.0, 1, 2, gridspec_kw={"width_ratios": (1.25, 1.0)}
     )
-    theta = np.linspace(0.0, np.pi, drawing.STEPS)
+    theta = np.linspace(0.0, np.pi, sketch.STEPS)
     for (sigma, label), colour in zip(SIGMAS, palette.SERIES, strict=False):
         shape.plot(theta, radius(theta, sigma), color=colour, label=label)
     shape.set(xlabel=r"$\theta$ (rad)", ylabel=r"$r / r_\pi$", xlim=(0, np.pi), ylim=(0, 1.05))
@@ -72,8 +72,8 @@ def spiral(job: Job) -> Figure:
     for theta0 in (1.0, 2.0, 3.0):
         for sense in (0, 1):
             field.plot(*spiral_points(1.0, theta0, SIGMAS[0][0], sense).T, color=palette.BLUE)
-    drawing.crosses(field, (0.0, 0.0))
-    drawing.plane(field, labels=False)
+    sketch.crosses(field, (0.0, 0.0))
+    sketch.plane(field, labels=False)
     field.set(xlabel="$x / r_0$", ylabel="$y / r_0$", xlim=(-1.2, 1.2), ylim=(-1.2, 1.2))
     return figure
 
@@ -118,7 +118,12 @@ def swarm(job: Job) -> Figure:
         where = (r[tick] * np.exp(1j * alpha[tick])).ravel()
         bins = np.linspace(-1.6, 1.6, 81)
         *_, cells = panel.hist2d(
-            where.real, where.imag, bins=[bins, bins], norm=norm, cmap=style.MAP, rasterized=True
+            where.real,
+            where.imag,
+            bins=[bins, bins],
+            norm=norm,
+            cmap=style.MAP,
+            rasterized=True,
         )
         panel.plot(
             r0 * np.cos(alpha0), r0 * np.sin(alpha0), "o", mfc="none", mec=palette.GREY, ms=3
@@ -126,9 +131,9 @@ def swarm(job: Job) -> Figure:
         panel.text(0.04, 0.93, f"$t$ = {times[tick]:g} s", transform=panel.transAxes)
     figure.colorbar(cells, ax=axes[2], label="agents per cell of 4 cm", shrink=0.8, pad=0.03)
     for panel in axes:
-        drawing.plane(panel)
+        sketch.plane(panel)
         panel.label_outer()
-        drawing.crosses(panel, (0.0, 0.0))
+        sketch.crosses(panel, (0.0, 0.0))
     return figure
 
 

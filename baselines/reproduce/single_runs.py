@@ -16,9 +16,9 @@ from baselines.paper.arcs import ArcPath
 from baselines.paper.experiment import PAPER_GOAL
 from baselines.paper.paper_gains import IN_RANGE
 from baselines.policy import Policy
-from baselines.reproduce.definitions import ALPHA1
-from baselines.reproduce.experiments import MakePolicy, experiment, run, simulation
+from baselines.reproduce.fig1_2_definitions import ALPHA1
 from baselines.reproduce.job import Job
+from baselines.reproduce.paper_environments import MakePolicy, experiment, run, simulation
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
 VARIANCE = 0.05

@@ -16,8 +16,8 @@ from asv_env.types import Float
 from baselines.evaluate.report import palette
 from baselines.paper import dubins, two_arc
 from baselines.paper.arcs import ArcPath, advance
-from baselines.reproduce import drawing, style
-from baselines.reproduce.definitions import ALPHA1
+from baselines.reproduce import sketch, style
+from baselines.reproduce.fig1_2_definitions import ALPHA1
 from baselines.reproduce.job import Job
 
 CORRECTED_GOAL = (0.0, 0.3, 1.6)
@@ -44,7 +44,7 @@ def correction(job: Job) -> Figure:
     figure, (wrong, right) = style.panels(style.PAGE, 88.0, 1, 2, sharex=True, sharey=True)
     for axes, lengths in ((wrong, uncorrected_lengths(path)), (right, path.length)):
         _draw_arcs(axes, params, path, lengths)
-        drawing.plane(axes)
+        sketch.plane(axes)
         axes.label_outer()
     wrong.set(xlim=(-1.15, 0.5), ylim=(-0.75, 0.7))
     return figure
@@ -58,20 +58,20 @@ def uncorrected_lengths(path: ArcPath) -> Float:
 
 def _draw_arcs(axes: Axes, params: EnvParams, path: ArcPath, lengths: Float) -> None:
     pose = path.start
-    drawing.hull(axes, params.vessel, pose, ec=palette.BLACK, zorder=2)
+    sketch.hull(axes, params.vessel, pose, ec=palette.BLACK, zorder=2)
     for curvature, length in zip(path.curvature, lengths, strict=True):
-        way = advance(pose, curvature, length * np.linspace(0.0, 1.0, drawing.STEPS))
+        way = advance(pose, curvature, length * np.linspace(0.0, 1.0, sketch.STEPS))
         legal = length >= 0
         colour = palette.BLUE if legal else palette.VERMILLION
         axes.plot(*way[:, :2].T, color=colour, ls="-" if legal else ":", lw=1.4, zorder=6)
-        middle = drawing.STEPS // 2
-        drawing.arrow(axes, way[middle - 1, :2], way[middle + 1, :2], color=colour)
+        middle = sketch.STEPS // 2
+        sketch.arrow(axes, way[middle - 1, :2], way[middle + 1, :2], color=colour)
         for share in np.linspace(0.0, 1.0, 1 + max(1, round(abs(length) / 0.35)))[1:]:
             still = advance(pose, curvature, share * length)
-            drawing.hull(axes, params.vessel, still, fc="none", ec=palette.GREY, lw=0.4, zorder=1)
+            sketch.hull(axes, params.vessel, still, fc="none", ec=palette.GREY, lw=0.4, zorder=1)
         pose = way[-1]
-    drawing.goal(axes, params, CORRECTED_GOAL)
-    drawing.crosses(axes, np.concatenate([path.centres, path.joints[1:2, :2]]))
+    sketch.goal(axes, params, CORRECTED_GOAL)
+    sketch.crosses(axes, np.concatenate([path.centres, path.joints[1:2, :2]]))
 
 
 def feasibility(job: Job) -> Figure:
@@ -95,8 +95,8 @@ def feasibility(job: Job) -> Figure:
             cells = panel.pcolormesh(
                 goals[..., 0], goals[..., 1], ratio, norm=LogNorm(1.0, LONGEST), **looks
             )
-            drawing.hull(panel, params.vessel, np.zeros(3), fc="none", lw=0.5)
-            drawing.plane(panel)
+            sketch.hull(panel, params.vessel, np.zeros(3), fc="none", lw=0.5)
+            sketch.plane(panel)
             panel.label_outer()
             panel.set_xticks([-1, 0, 1])
             if row == 0:
