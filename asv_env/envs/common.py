@@ -1,39 +1,49 @@
-"""What the faces share: how they begin, are refused and drawn, their spaces and their infos."""
+"""What the adapters share: life cycle, rendering, spaces, seeds and options of a reset."""
 
 from __future__ import annotations
 
 import difflib
 import warnings
-from collections.abc import Collection, Iterable, Mapping
-from typing import Any, NoReturn
+from collections.abc import Collection, Mapping
+from enum import Enum
+from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
 from asv_env.checks import choice
+from asv_env.envs.infos import summaries
 from asv_env.params import EnvParams
-from asv_env.presets import make_params
 from asv_env.sensing import observation
 from asv_env.simulation import WORLDS_PER_SPACE, InitialStates, Simulation
 from asv_env.tasks import starts
-from asv_env.types import Bool, Float
+from asv_env.types import Action, Observation, TimeStep
 
 RENDER_MODES = ("human", "rgb_array")
 RENDER_FPS = 10
-"""Frames a second at the default control rate; every environment states its own rate."""
+"""Frames a second at the default control rate; every environment reports its own rate."""
 
 
 class ResetNeededError(gymnasium.error.ResetNeeded, RuntimeError, ValueError):
-    """Something was asked for that has to wait for a reset."""
+    """The call has to wait for a reset."""
 
 
 class ClosedError(gymnasium.error.ClosedEnvironmentError, RuntimeError, ValueError):
-    """Something was asked of an environment that has been closed."""
+    """The environment has been closed."""
+
+
+class Stage(Enum):
+    """Stage in the life of an environment; the value tells why a call is refused."""
+
+    NEW = "there was no reset yet"
+    RUNNING = "an episode is running"
+    OVER = "the episode is over"
+    CLOSED = "the environment is closed"
 
 
 class Adapter:
-    """A simulation behind an interface: its life, its pictures.
+    """A simulation behind an environment API.
 
     Attributes:
         params: all parameters of the environment.
@@ -41,53 +51,79 @@ class Adapter:
         render_mode: "human", "rgb_array" or None.
     """
 
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": RENDER_FPS}
     params: EnvParams
     simulation: Simulation
     render_mode: str | None
     _viewer: Any = None
-    _NEW, _RUNNING, _OVER, _CLOSED = "new", "running", "over", "closed"
 
     def _open(
         self,
+        params: EnvParams,
         render_mode: str | None,
-        options: Mapping[str, Any],
         num_worlds: int = 1,
         worlds_per_space: int = WORLDS_PER_SPACE,
         initial_states: InitialStates = starts.sample,
+        **metadata: Any,
     ) -> None:
-        """Makes the simulation from names and options; see ``presets.make_params``."""
+        """Makes the simulation; see ``presets.make_params`` and ``Simulation``."""
         if render_mode is not None:
             choice("render_mode", render_mode, RENDER_MODES)
-        self.render_mode = render_mode
-        self.params = make_params(**options)
-        self.simulation = Simulation(self.params, num_worlds, worlds_per_space, initial_states)
-        self._life = self._NEW
+        self.params, self.render_mode = params, render_mode
+        self.metadata = {**self.metadata, "render_fps": params.clock.control, **metadata}
+        self.simulation = Simulation(params, num_worlds, worlds_per_space, initial_states)
+        self._stage = Stage.NEW
 
-    def _metadata(self, **entries: Any) -> dict[str, Any]:
-        fps = self.params.clock.control
-        return {"render_modes": list(RENDER_MODES), "render_fps": fps, **entries}
+    def _require(self, call: str, *stages: Stage) -> None:
+        """Refuses a call in any other stage than these.
 
-    def _check_open(self, what: str) -> None:
-        if self._life == self._CLOSED:
-            self._refuse(what)
+        Raises:
+            ClosedError: the environment is closed.
+            ResetNeededError: no episode is running.
+        """
+        if self._stage in stages:
+            return
+        if self._stage is Stage.CLOSED:
+            raise ClosedError(f"{call}: {self._stage.value}; make a new one")
+        raise ResetNeededError(f"{call}: {self._stage.value}; call reset first")
 
-    def _check_begun(self, what: str) -> None:
-        if self._life in (self._NEW, self._CLOSED):
-            self._refuse(what)
+    def _begin(self, seed: int | None, goal: Any) -> Observation:
+        """Begins an episode of an only world and returns its observation (A, K)."""
+        self._require("reset", Stage.NEW, Stage.RUNNING, Stage.OVER)
+        observations = self.simulation.reset(seeds=[seed], goal=goal)
+        self._stage = Stage.RUNNING
+        self._show()
+        return observations[0]
 
-    def _check_running(self, what: str) -> None:
-        if self._life != self._RUNNING:
-            self._refuse(what)
+    def _advance(self, action: Action) -> tuple[TimeStep, bool, bool, dict[str, Any]]:
+        """Advances an only world under an action (A, 2).
 
-    def _refuse(self, what: str) -> NoReturn:
-        if self._life == self._CLOSED:
-            raise ClosedError(f"{what}: the environment is closed; make a new one")
-        why = "the episode is over" if self._life == self._OVER else "there was no reset yet"
-        raise ResetNeededError(f"{what}: {why}; call reset first")
+        Returns:
+            The step, terminated, truncated and, at the end of an episode, its metrics.
+        """
+        step = self.simulation.step(action[None])
+        terminated, truncated = step.ending.terminated.item(), step.ending.truncated.item()
+        summary: dict[str, Any] = {}
+        if terminated or truncated:
+            self._stage = Stage.OVER
+            summary = summaries(self.simulation, [0])[0]
+        self._show()
+        return step, terminated, truncated, summary
 
-    def _draw(self, world: int = 0) -> Any:
-        """A frame (H, W, 3) uint8 of a world with "rgb_array"; with "human" it goes to a window."""
-        self._check_begun("render")
+    def render(self) -> Any:
+        """Returns a frame (H, W, 3) uint8 with "rgb_array"; "human" needs no call."""
+        return self._frame()
+
+    def close(self) -> None:
+        """Closes the window, if there is one; the environment cannot be used any more."""
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None
+        self._stage = Stage.CLOSED
+
+    def _frame(self, world: int = 0) -> Any:
+        """Returns a frame of a world; with "human" it goes to the window instead."""
+        self._require("render", Stage.RUNNING, Stage.OVER)
         if self.render_mode is None:
             gymnasium.logger.warn(
                 "render: nothing to draw without a render_mode; make the environment with "
@@ -103,25 +139,19 @@ class Adapter:
     def _show(self) -> None:
         """Keeps the window up to date, if there is one."""
         if self.render_mode == "human":
-            self._draw()
-
-    def _close(self) -> None:
-        if self._viewer is not None:
-            self._viewer.close()
-            self._viewer = None
-        self._life = self._CLOSED
+            self._frame()
 
 
 def boat_spaces(*leading: int) -> tuple[Box[np.float32], Box[np.float32]]:
-    """Spaces of observations (..., K) and of actions (..., 2) with these leading axes."""
+    """Returns the spaces of observations (..., K) and actions (..., 2) with these leading axes."""
     high = np.broadcast_to(observation.BOUND, (*leading, len(observation.BOUND)))
     return Box(-high, high, dtype=np.float32), Box(-1.0, 1.0, (*leading, 2), dtype=np.float32)
 
 
 def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ()) -> Any:
-    """The goal that ``reset(options=...)`` asks for, or None.
+    """Returns the goal that ``reset(options=...)`` asks for, or None.
 
-    Unknown options warn only, because PettingZoo's own test sends one.
+    Unknown options only warn, because PettingZoo's own test sends one.
 
     Raises:
         TypeError: options that are not a mapping.
@@ -139,58 +169,3 @@ def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ())
             hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(map(repr, known))}"
             warnings.warn(f"reset option {name!r} is unknown and ignored; {hint}", stacklevel=3)
     return options.get("goal")
-
-
-def team_mean(values: Float) -> Float:
-    """Mean (W,) over the boats of values (W, A) or (W, 1).
-
-    One formula for every face, so that they agree to the bit.
-    """
-    mean: Float = np.add.reduce(values, axis=1) / values.shape[1]
-    return mean
-
-
-def joint_terms(terms: Mapping[str, Float]) -> dict[str, float]:
-    """Reward terms of a single world, team means, as Python floats."""
-    return {
-        name: value.item() if value.size == 1 else team_mean(value).item()
-        for name, value in terms.items()
-    }
-
-
-def boat_terms(terms: Mapping[str, Float], team: int) -> list[dict[str, float]]:
-    """Reward terms of every boat of a single world, as Python floats."""
-    values = {name: value[0].tolist() for name, value in terms.items()}
-    return [
-        {name: value[boat] if len(value) > 1 else value[0] for name, value in values.items()}
-        for boat in range(team)
-    ]
-
-
-def summaries(simulation: Simulation, worlds: Iterable[int]) -> list[dict[str, Any]]:
-    """What ``info`` says at the end of the episodes of some worlds, as Python scalars."""
-    summary = simulation.summary()
-    return [{name: value[world].item() for name, value in summary.items()} for world in worlds]
-
-
-def masked(values: Mapping[str, Any], mask: Bool) -> dict[str, Any]:
-    """Values (W,) of some worlds as Gymnasium's vector environments tell them.
-
-    Args:
-        values: arrays, or mappings of arrays, by name.
-        mask: (W,) worlds that have them.
-
-    Returns:
-        Each value, zero where there is none, and its mask under the name with "_" before it.
-    """
-    infos: dict[str, Any] = {}
-    everywhere = mask.all()
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            infos[name] = masked(value, mask)
-        elif everywhere:
-            infos[name] = value.copy()
-        else:
-            infos[name] = np.where(mask, value, value.dtype.type(0))
-        infos[f"_{name}"] = mask.copy()
-    return infos

@@ -10,42 +10,40 @@ import numpy as np
 from gymnasium.spaces import Box
 from pettingzoo import ParallelEnv
 
-from asv_env.envs.common import (
-    RENDER_FPS,
-    RENDER_MODES,
-    Adapter,
-    boat_spaces,
-    boat_terms,
-    goal_option,
-    summaries,
-)
+from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
+from asv_env.envs.infos import boat_terms
+from asv_env.presets import make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
 from asv_env.simulation import InitialStates
 from asv_env.tasks import starts
 from asv_env.types import Action, Observation
 
+Infos = dict[str, dict[str, Any]]
+
 
 class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     """One world whose boats are the agents "asv_0", "asv_1" ...
 
-    Of each agent: observation (K,) float32, action (2,) float32 in [-1, 1] (finite values
-    outside are clipped), reward float. All agents live and end together: success and straying
-    terminate, the time limit truncates, and then ``agents`` is empty until the next reset.
-    ``info["reward_terms"]`` holds the weighted terms of the agent's reward; at the last step of
-    an episode every agent's info also holds its metrics, see ``metrics.summary``.
+    Observation: (K,) float32 for each agent.
+    Action: (2,) float32 in [-1, 1] for each agent; finite values outside are clipped.
+    Reward: a float for each agent.
+    End: all agents live and end together. Success and leaving the arena terminate, the time
+    limit truncates; then ``agents`` is empty until the next reset.
+    Info: "reward_terms" holds the weighted terms of the agent's reward; the last step of an
+    episode also holds its metrics, see ``metrics.summary``.
 
     Args:
         task: "approach", "push" or "transport".
-        num_boats: 2 to 100; None takes the preset's.
+        num_boats: A, 2 to 100; None takes the preset's.
         render_mode: None, "rgb_array" or "human".
-        scenario: what disturbs the world.
-        initial_states: how episodes begin, see ``Simulation``.
+        scenario: name of the disturbances, see ``presets.SCENARIOS``.
+        initial_states: distribution of the initial states, see ``Simulation``.
         **options: see ``presets.make_params``.
 
     Attributes:
         possible_agents: all agents.
-        agents: those of the running episode.
-        state_space: of ``state()``, (S,) float32.
+        agents: the agents of the running episode.
+        state_space: space of ``state()``, (S,) float32.
 
     Raises:
         ValueError: an unknown name or a value out of range.
@@ -53,9 +51,8 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     """
 
     metadata: dict[str, Any] = {
+        **Adapter.metadata,
         "name": "asv_env/transport-v0",
-        "render_modes": list(RENDER_MODES),
-        "render_fps": RENDER_FPS,
         "is_parallelizable": True,
     }
 
@@ -68,35 +65,37 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         initial_states: InitialStates = starts.sample,
         **options: Any,
     ) -> None:
-        names = {"task": task, "num_boats": num_boats, "scenario": scenario}
-        self._open(render_mode, {**names, **options}, initial_states=initial_states)
-        self.metadata = self._metadata(name=f"asv_env/{task}-v0", is_parallelizable=True)
-        team = self.params.num_boats
-        self.possible_agents = [f"asv_{boat}" for boat in range(team)]
+        params = make_params(task, num_boats, scenario, **options)
+        self._open(
+            params,
+            render_mode,
+            initial_states=initial_states,
+            name=f"asv_env/{params.task.name}-v0",
+        )
+        self.possible_agents = [f"asv_{boat}" for boat in range(params.num_boats)]
         self.agents: list[str] = []
-        spaces = [boat_spaces() for _ in range(team)]
-        self.observation_spaces = {
-            a: s[0] for a, s in zip(self.possible_agents, spaces, strict=True)
-        }
-        self.action_spaces = {a: s[1] for a, s in zip(self.possible_agents, spaces, strict=True)}
-        bound = global_state_bound(team)
+        # Every agent has spaces of its own, so that seeding one leaves the others alone.
+        spaces = {agent: boat_spaces() for agent in self.possible_agents}
+        self.observation_spaces = {agent: observed for agent, (observed, _) in spaces.items()}
+        self.action_spaces = {agent: acted for agent, (_, acted) in spaces.items()}
+        bound = global_state_bound(params.num_boats)
         self.state_space = Box(-bound, bound, dtype=np.float32)
 
     def observation_space(self, agent: str) -> Box[np.float32]:
-        """The agent's observation space, always the same object."""
-        return self._of(agent, self.observation_spaces)
+        """Returns the agent's observation space, always the same object."""
+        return self._space(agent, self.observation_spaces)
 
     def action_space(self, agent: str) -> Box[np.float32]:
-        """The agent's action space, always the same object."""
-        return self._of(agent, self.action_spaces)
+        """Returns the agent's action space, always the same object."""
+        return self._space(agent, self.action_spaces)
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
+    ) -> tuple[dict[str, Observation], Infos]:
         """Begins an episode.
 
         Args:
-            seed: of the world; None goes on with its Generator.
+            seed: seed of the world; None continues its Generator.
             options: ``{"goal": [x m, y m, heading rad]}`` sets the goal of this episode; other
                 keys are ignored with a warning.
 
@@ -107,22 +106,13 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
             ValueError: a bad seed or goal, or the environment is closed.
             TypeError: options that are not a mapping.
         """
-        self._check_open("reset")
-        observation = self.simulation.reset(seeds=[seed], goal=goal_option(options))
+        observation = self._begin(seed, goal_option(options))
         self.agents = self.possible_agents[:]
-        self._life = self._RUNNING
-        self._show()
-        return dict(zip(self.agents, observation[0], strict=True)), {a: {} for a in self.agents}
+        return dict(zip(self.agents, observation, strict=True)), {a: {} for a in self.agents}
 
     def step(
         self, actions: Mapping[str, Action]
-    ) -> tuple[
-        dict[str, Observation],
-        dict[str, float],
-        dict[str, bool],
-        dict[str, bool],
-        dict[str, dict[str, Any]],
-    ]:
+    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], Infos]:
         """Advances the world by one control step.
 
         Args:
@@ -137,49 +127,39 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
                 ``ClosedError``).
             TypeError: actions that are not a mapping.
         """
-        self._check_running("step")
+        self._require("step", Stage.RUNNING)
         agents = self.agents
-        step = self.simulation.step(self._stacked(actions)[None])
-        terminated, truncated = step.ending.terminated.item(), step.ending.truncated.item()
-        terms = boat_terms(step.terms, len(agents))
-        infos: dict[str, dict[str, Any]] = {
-            agent: {"reward_terms": term} for agent, term in zip(agents, terms, strict=True)
-        }
+        step, terminated, truncated, summary = self._advance(self._stacked(actions))
         if terminated or truncated:
             self.agents = []
-            self._life = self._OVER
-            summary = summaries(self.simulation, [0])[0]
-            infos = {agent: {**info, **summary} for agent, info in infos.items()}
-        self._show()
+        infos = [
+            {"reward_terms": terms, **summary} for terms in boat_terms(step.terms, len(agents))
+        ]
         return (
             dict(zip(agents, step.observation[0], strict=True)),
             dict(zip(agents, step.reward[0].tolist(), strict=True)),
             dict.fromkeys(agents, terminated),
             dict.fromkeys(agents, truncated),
-            infos,
+            dict(zip(agents, infos, strict=True)),
         )
 
     def state(self) -> Observation:
-        """The global view (S,) float32 for centralised critics; see ``global_state``."""
-        self._check_begun("state")
+        """Returns the global state (S,) float32 for centralised critics; see ``global_state``."""
+        self._require("state", Stage.RUNNING, Stage.OVER)
         return global_state(self.simulation.state, self.params)[0]
-
-    def render(self) -> Any:
-        """A frame (H, W, 3) uint8 with "rgb_array"; None with "human", which needs no call."""
-        return self._draw()
 
     def close(self) -> None:
         """Closes the window, if there is one; the environment cannot be used any more."""
         self.agents = []
-        self._close()
+        super().close()
 
-    def _of(self, agent: str, spaces: dict[str, Box[np.float32]]) -> Box[np.float32]:
+    def _space(self, agent: str, spaces: dict[str, Box[np.float32]]) -> Box[np.float32]:
         if agent not in spaces:
             raise ValueError(f"unknown agent {agent!r}.{self._nearest(agent)}")
         return spaces[agent]
 
     def _stacked(self, actions: Mapping[str, Action]) -> Action:
-        """The actions (A, 2) in the order of the agents."""
+        """Returns the actions (A, 2) in the order of the agents."""
         if not isinstance(actions, Mapping):
             raise TypeError(f"actions of type {type(actions).__name__}: give a dict by agent")
         if actions.keys() != self.action_spaces.keys():
@@ -208,5 +188,5 @@ def parallel_env(
     initial_states: InitialStates = starts.sample,
     **options: Any,
 ) -> AsvParallelEnv:
-    """A PettingZoo environment whose agents are the boats; see ``AsvParallelEnv``."""
+    """Returns a PettingZoo environment whose agents are the boats; see ``AsvParallelEnv``."""
     return AsvParallelEnv(task, num_boats, render_mode, scenario, initial_states, **options)

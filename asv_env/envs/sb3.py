@@ -9,7 +9,9 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
-from asv_env.envs.common import Adapter, boat_spaces, goal_option, summaries
+from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
+from asv_env.envs.infos import summaries
+from asv_env.presets import make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
 from asv_env.sensing.observation import NAMES
 from asv_env.simulation import WORLDS_PER_SPACE, InitialStates
@@ -25,20 +27,23 @@ except ImportError as error:
         "asv_env.envs.sb3 needs stable-baselines3: pip install 'asv-env[train]'"
     ) from error
 
-Seen = Observation | dict[str, Observation]
+RowObservation = Observation | dict[str, Observation]
+"""Observations of rows: (rows, K), or a dictionary with the state of each row's world."""
 
 
 class BoatVecEnv(Adapter, VecEnv):
     """Rows = worlds x boats, world by world: boat i of world w is row ``w * A + i``.
 
-    Observation (W A, K) float32, action (W A, 2) float32 in [-1, 1] (finite values outside are
-    clipped), reward (W A,) float32. With ``with_state`` the observation is a dictionary of "obs",
-    the same, and "state" (W A, S) float32, the true state of the row's world, for a centralised
-    critic; see ``global_state``. The boats of a world end together, and the world begins its
-    next episode in the same step. The infos of its rows then hold "terminal_observation",
-    "TimeLimit.truncated" (True at the time limit; False after success or straying), "episode"
-    (r, l, t: what a Monitor would write, so that no wrapper is needed for SB3's logs) and the
-    metrics of the episode, see ``metrics.summary``.
+    Observation: (W A, K) float32; with ``with_state`` a dictionary of "obs", the same, and
+    "state" (W A, S) float32, the true state of the row's world, for a centralised critic; see
+    ``global_state``.
+    Action: (W A, 2) float32 in [-1, 1]; finite values outside are clipped.
+    Reward: (W A,) float32, one of each boat.
+    End: the boats of a world end together, and the world begins its next episode in the same
+    step. Success and leaving the arena terminate, the time limit truncates.
+    Info: at the end of an episode "terminal_observation", "TimeLimit.truncated", "episode" (r,
+    l, t: what a Monitor would write, so that SB3's logs need no wrapper) and the metrics of the
+    episode, see ``metrics.summary``.
 
     ``seed`` and ``set_options`` count in rows; a world takes those of its first row. SB3's
     ``evaluate_policy`` counts episodes in rows too: multiply ``n_eval_episodes`` by the boats.
@@ -47,12 +52,12 @@ class BoatVecEnv(Adapter, VecEnv):
         task: "approach", "push" or "transport".
         num_envs: W, the number of worlds.
         num_boats: A, 2 to 100; None takes the preset's.
-        scenario: what disturbs the worlds.
+        scenario: name of the disturbances, see ``presets.SCENARIOS``.
         render_mode: None, "rgb_array" or "human", which shows world 0.
-        stagger: shortens the first episode of world w after a reset to the share (w + 1) / W of
-            the time limit, so that not all worlds truncate in the same step.
+        stagger: whether the first episode of world w after a reset is shortened to the fraction
+            (w + 1) / W of the time limit, so that not all worlds truncate in the same step.
         worlds_per_space: see ``Simulation``.
-        initial_states: how episodes begin, see ``Simulation``.
+        initial_states: distribution of the initial states, see ``Simulation``.
         with_state: whether the state of the world is observed too.
         **options: see ``presets.make_params``.
 
@@ -64,8 +69,6 @@ class BoatVecEnv(Adapter, VecEnv):
         ValueError: an unknown name or a value out of range.
         TypeError: an option of the wrong type.
     """
-
-    metadata: dict[str, Any]
 
     def __init__(
         self,
@@ -80,23 +83,23 @@ class BoatVecEnv(Adapter, VecEnv):
         with_state: bool = False,
         **options: Any,
     ) -> None:
-        names = {"task": task, "num_boats": num_boats, "scenario": scenario}
-        self._open(render_mode, {**names, **options}, num_envs, worlds_per_space, initial_states)
-        self.num_worlds, self._team = num_envs, self.params.num_boats
+        params = make_params(task, num_boats, scenario, **options)
+        self._open(params, render_mode, num_envs, worlds_per_space, initial_states)
+        self.num_worlds, self._team = num_envs, params.num_boats
         self._stagger, self._with_state = stagger, with_state
-        self._limit = np.full(num_envs, self.params.time_limit_ticks)
+        self._limit = np.full(num_envs, params.time_limit_ticks)
         self._return = np.zeros((num_envs, self._team))
         self._actions: Action | None = None
         self._began = time.time()
-        boats, acts = boat_spaces()
-        observes: gymnasium.Space[Any] = boats
+        observation_space: gymnasium.Space[Any]
+        observation_space, action_space = boat_spaces()
         if with_state:
             bound = global_state_bound(self._team)
-            observes = Dict({"obs": boats, "state": Box(-bound, bound)})
-        super().__init__(num_envs * self._team, observes, acts)
-        self.metadata["render_fps"] = self.params.clock.control
+            observation_space = Dict({"obs": observation_space, "state": Box(-bound, bound)})
+        super().__init__(num_envs * self._team, observation_space, action_space)
+        self.metadata["render_fps"] = params.clock.control
 
-    def reset(self) -> Seen:
+    def reset(self) -> RowObservation:
         """Begins new episodes of all worlds, with the seeds and options that were set.
 
         Returns:
@@ -105,14 +108,14 @@ class BoatVecEnv(Adapter, VecEnv):
         Raises:
             ValueError: a bad seed or goal, or the environment is closed.
         """
-        self._check_open("reset")
+        self._require("reset", Stage.NEW, Stage.RUNNING)
         seeds = self._seeds[:: self._team]
         goals = [_hashable(goal_option(options)) for options in self._options[:: self._team]]
         observation = np.zeros((self.num_worlds, self._team, len(NAMES)), dtype=np.float32)
         for goal in dict.fromkeys(goals):
-            mask = np.array([one == goal for one in goals])
-            some = [seed for seed, chosen in zip(seeds, mask, strict=True) if chosen]
-            observation[mask] = self.simulation.reset(mask, some, goal)
+            mask = np.array([other == goal for other in goals])
+            chosen = [seeds[world] for world in np.flatnonzero(mask)]
+            observation[mask] = self.simulation.reset(mask, chosen, goal)
         self._reset_seeds()
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
@@ -122,9 +125,9 @@ class BoatVecEnv(Adapter, VecEnv):
             self._limit[...] = np.ceil(shares * self.params.time_limit_ticks)
         self._return[...] = 0.0
         self._actions = None
-        self._life = self._RUNNING
+        self._stage = Stage.RUNNING
         self._show()
-        return self._seen(observation, slice(None))
+        return self._by_row(observation, slice(None))
 
     def step_async(self, actions: Action) -> None:
         """Takes the actions (W A, 2) of the next step.
@@ -133,13 +136,13 @@ class BoatVecEnv(Adapter, VecEnv):
             ValueError: a wrong shape; before a reset or after close (``ResetNeededError``,
                 ``ClosedError``).
         """
-        self._check_running("step")
+        self._require("step", Stage.RUNNING)
         actions = np.asarray(actions)
         if actions.shape != (self.num_envs, 2):
             raise ValueError(f"actions of shape {actions.shape}: must be {(self.num_envs, 2)}")
         self._actions = actions.reshape(self.num_worlds, self._team, 2)
 
-    def step_wait(self) -> tuple[Seen, Observation, Bool, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[RowObservation, Observation, Bool, list[dict[str, Any]]]:
         """Advances every world by one control step, and into its next episode if it is over.
 
         Returns:
@@ -157,27 +160,27 @@ class BoatVecEnv(Adapter, VecEnv):
         over = terminated | (self.simulation.state.tick >= self._limit)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if over.any():
-            self._tell_ends(infos, over, terminated, observation)
+            self._report_ends(infos, over, terminated, observation)
             observation[over] = self.simulation.reset(over)
             self._return[over] = 0.0
             self._limit[over] = self.params.time_limit_ticks
         self._show()
         return (
-            self._seen(observation, slice(None)),
+            self._by_row(observation, slice(None)),
             step.reward.astype(np.float32).reshape(-1),
             np.repeat(over, self._team),
             infos,
         )
 
-    def _tell_ends(
+    def _report_ends(
         self, infos: list[dict[str, Any]], over: Bool, terminated: Bool, observation: Observation
     ) -> None:
         """Fills the infos of the rows whose episodes end."""
         worlds = np.flatnonzero(over)
-        last = self._seen(observation[worlds], worlds)  # copies
+        last = self._by_row(observation[worlds], worlds)  # copies
         elapsed = round(time.time() - self._began, 6)
-        told = zip(worlds, summaries(self.simulation, worlds), strict=True)
-        for number, (world, summary) in enumerate(told):
+        reports = zip(worlds, summaries(self.simulation, worlds), strict=True)
+        for number, (world, summary) in enumerate(reports):
             length = int(self.simulation.state.tick[world])
             for boat, total in enumerate(self._return[world].tolist()):
                 row = world * self._team + boat
@@ -189,22 +192,16 @@ class BoatVecEnv(Adapter, VecEnv):
                 }
                 self.reset_infos[row] = {}
 
-    def close(self) -> None:
-        """Closes the window, if there is one; the environment cannot be used any more."""
-        self._close()
-
     def render(self, mode: str | None = None) -> Any:
-        """All worlds tiled in one frame (H, W, 3) uint8; with "human" world 0 in a window."""
-        if self.render_mode == "human":
-            return self._draw()
-        return super().render(mode)
+        """Returns all worlds tiled in a frame (H, W, 3) uint8; "human" shows world 0."""
+        return self._frame() if self.render_mode == "human" else VecEnv.render(self, mode)
 
     def get_images(self) -> list[Any]:
-        """A frame of every world."""
-        return [self._draw(world) for world in range(self.num_worlds)]
+        """Returns a frame (H, W, 3) uint8 of every world."""
+        return [self._frame(world) for world in range(self.num_worlds)]
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """An attribute of the environment, which all rows share, once for each row."""
+        """Returns an attribute of the environment, which all rows share, once for each row."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
@@ -218,7 +215,7 @@ class BoatVecEnv(Adapter, VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Calls a method of the environment, which all rows share, once; its result by row."""
+        """Calls a method of the environment once; returns its result for each row."""
         result = getattr(self, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]
 
@@ -227,11 +224,11 @@ class BoatVecEnv(Adapter, VecEnv):
         wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
         indices: VecEnvIndices = None,
     ) -> list[bool]:
-        """Whether each row is wrapped: as if by a Monitor, whose reports it makes itself."""
+        """Returns for each row whether it is wrapped: as if by a Monitor, whose work it does."""
         return [issubclass(Monitor, wrapper_class) for _ in self._get_indices(indices)]
 
-    def _seen(self, observation: Observation, worlds: Any) -> Seen:
-        """What is observed of some worlds (n, A, K), by rows."""
+    def _by_row(self, observation: Observation, worlds: Any) -> RowObservation:
+        """Returns the observations (n, A, K) of some worlds, by rows."""
         by_row = observation.reshape(-1, observation.shape[-1])
         if not self._with_state:
             return by_row
@@ -239,13 +236,13 @@ class BoatVecEnv(Adapter, VecEnv):
         return {"obs": by_row, "state": np.repeat(state, self._team, axis=0)}
 
 
-def _row(seen: Seen, row: int) -> Seen:
-    """One row of what is observed."""
+def _row(seen: RowObservation, row: int) -> RowObservation:
+    """Returns one row of observations."""
     if isinstance(seen, dict):
         return {name: values[row] for name, values in seen.items()}
     return seen[row]
 
 
 def _hashable(goal: Any) -> Any:
-    """A goal that can be a key; what is no sequence of numbers is refused by the simulation."""
+    """Returns a goal that can be a key; the simulation refuses what is no sequence of numbers."""
     return tuple(goal) if isinstance(goal, list | np.ndarray) else goal

@@ -10,16 +10,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from asv_env.checks import choice
-from asv_env.envs.common import (
-    RENDER_FPS,
-    RENDER_MODES,
-    Adapter,
-    ResetNeededError,
-    boat_spaces,
-    goal_option,
-    masked,
-    team_mean,
-)
+from asv_env.envs.common import Adapter, ResetNeededError, Stage, boat_spaces, goal_option
+from asv_env.envs.infos import masked, team_mean
+from asv_env.presets import make_params
 from asv_env.simulation import WORLDS_PER_SPACE
 from asv_env.types import Action, Bool, Float, Observation, TimeStep
 
@@ -29,16 +22,20 @@ Infos = dict[str, Any]
 class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
     """Many worlds at once: ``gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)``.
 
-    Observation (W, A, K) float32, action (W, A, 2) float32 in [-1, 1] (finite values outside
-    are clipped), reward (W,): the mean of the boats' rewards. It does what Gymnasium's
-    ``SyncVectorEnv`` of ``JointEnv`` does, to the bit with ``worlds_per_space=1``, many times
-    faster. Success and straying terminate, the time limit truncates.
+    Observation: (W, A, K) float32.
+    Action: (W, A, 2) float32 in [-1, 1]; finite values outside are clipped.
+    Reward: (W,), the mean of the boats' rewards.
+    End: success and leaving the arena terminate, the time limit truncates.
+    Info: as of ``JointEnv``, in the format of Gymnasium's vector environments.
+
+    It does what Gymnasium's ``SyncVectorEnv`` of ``JointEnv`` does, to the bit with
+    ``worlds_per_space=1``, many times faster.
 
     Args:
         num_envs: W.
         task: "approach", "push" or "transport".
         num_boats: A, 2 to 100; None takes the preset's.
-        scenario: what disturbs the worlds.
+        scenario: name of the disturbances, see ``presets.SCENARIOS``.
         render_mode: None, "rgb_array" or "human", which shows world 0.
         autoreset_mode: an ``AutoresetMode`` or its value. With NEXT_STEP the step after the end
             of an episode ignores the world's action and begins the next one, with reward 0;
@@ -52,11 +49,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         TypeError: an option of the wrong type.
     """
 
-    metadata: dict[str, Any] = {
-        "render_modes": list(RENDER_MODES),
-        "render_fps": RENDER_FPS,
-        "autoreset_mode": AutoresetMode.NEXT_STEP,
-    }
+    metadata: dict[str, Any] = {**Adapter.metadata, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
         self,
@@ -69,15 +62,14 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         worlds_per_space: int = WORLDS_PER_SPACE,
         **options: Any,
     ) -> None:
-        names = {"task": task, "num_boats": num_boats, "scenario": scenario}
         if not isinstance(autoreset_mode, AutoresetMode):
             known = [mode.value for mode in AutoresetMode]
             autoreset_mode = AutoresetMode(choice("autoreset_mode", autoreset_mode, known))
+        params = make_params(task, num_boats, scenario, **options)
+        self._open(params, render_mode, num_envs, worlds_per_space, autoreset_mode=autoreset_mode)
         self._mode = autoreset_mode
-        self._open(render_mode, {**names, **options}, num_envs, worlds_per_space)
-        self.metadata = self._metadata(autoreset_mode=autoreset_mode)
         self.num_envs = num_envs
-        spaces = boat_spaces(self.params.num_boats)
+        spaces = boat_spaces(params.num_boats)
         self.single_observation_space, self.single_action_space = spaces
         self.observation_space, self.action_space = (batch_space(s, num_envs) for s in spaces)
         self._over = np.zeros(num_envs, dtype=np.bool_)
@@ -92,10 +84,10 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         """Begins new episodes.
 
         Args:
-            seed: of world 0, world i gets ``seed + i``; or one for each world; None goes on
-                with the worlds' Generators.
+            seed: seed of world 0, world i gets ``seed + i``; or one for each world; None
+                continues the worlds' Generators.
             options: ``{"goal": [x m, y m, heading rad]}`` sets the goal of these episodes;
-                "reset_mask" (W,) bool says which worlds to reset; other keys are ignored with
+                "reset_mask" (W,) bool selects the worlds to reset; other keys are ignored with
                 a warning.
 
         Returns:
@@ -105,16 +97,16 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             ValueError: bad seeds, goal or mask, or the environment is closed.
             TypeError: options that are not a mapping.
         """
-        self._check_open("reset")
+        self._require("reset", Stage.NEW, Stage.RUNNING)
         goal = goal_option(options, others=["reset_mask"])
         mask = self._mask((options or {}).get("reset_mask"))
         seeds = self._seeds(seed)
-        some = [one for one, chosen in zip(seeds, mask, strict=True) if chosen]
-        self._latest[mask] = self.simulation.reset(mask, some, goal)
+        chosen = [seeds[world] for world in np.flatnonzero(mask)]
+        self._latest[mask] = self.simulation.reset(mask, chosen, goal)
         if isinstance(seed, int):
             super().reset(seed=seed)
         self._over[mask] = False
-        self._life = self._RUNNING
+        self._stage = Stage.RUNNING
         self._show()
         return self._latest.copy(), {}
 
@@ -132,7 +124,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
                 without autoreset after the end of an episode (``ResetNeededError``,
                 ``ClosedError``).
         """
-        self._check_running("step")
+        self._require("step", Stage.RUNNING)
         resetting = self._over
         if resetting.any():
             actions = self._without(actions, resetting)
@@ -154,18 +146,20 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         return observation, reward, terminated, truncated, infos
 
     def render(self) -> tuple[Any, ...]:
-        """Frames (H, W, 3) uint8 of all worlds with "rgb_array"; with "human" world 0 shows."""
+        """Returns frames (H, W, 3) uint8 of all worlds; with "human" the window shows world 0."""
         if self.render_mode == "human":
-            self._draw()
+            self._frame()
             return (None,) * self.num_envs
-        return tuple(self._draw(world) for world in range(self.num_envs))
+        return tuple(self._frame(world) for world in range(self.num_envs))
+
+    close = VectorEnv.close
 
     def close_extras(self, **kwargs: Any) -> None:
         """Closes the window, if there is one; the environment cannot be used any more."""
-        self._close()
+        Adapter.close(self)
 
     def _without(self, actions: Action, resetting: Bool) -> Action:
-        """Actions that are 0 in the worlds whose next episode begins, whatever was given."""
+        """Returns actions that are 0 in the worlds whose next episode begins."""
         if self._mode is AutoresetMode.DISABLED:
             worlds = np.flatnonzero(resetting).tolist()
             raise ResetNeededError(
@@ -179,8 +173,8 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
 
     def _infos(self, step: TimeStep, over: Bool, stepped: Bool, same_step: bool) -> Infos:
         terms = {name: team_mean(value) for name, value in step.terms.items()}
-        said = stepped & ~over if same_step else stepped
-        infos = masked({"reward_terms": terms}, said) if said.any() else {}
+        continuing = stepped & ~over if same_step else stepped
+        infos = masked({"reward_terms": terms}, continuing) if continuing.any() else {}
         if not over.any():
             return infos
         summary = self.simulation.summary()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.envs.sb3 import BoatVecEnv, Seen
+from asv_env.envs.sb3 import BoatVecEnv, RowObservation
 from asv_env.types import Action, Bool, Observation
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
@@ -26,7 +26,7 @@ class CorrectedVecEnv(BoatVecEnv):
         self._memory: Any = None
         self._fresh = np.ones(self.num_worlds, dtype=np.bool_)
 
-    def reset(self) -> Seen:
+    def reset(self) -> RowObservation:
         """See ``BoatVecEnv.reset``."""
         self._fresh[...] = True
         return super().reset()
@@ -38,7 +38,7 @@ class CorrectedVecEnv(BoatVecEnv):
         script, self._memory = self._script.act(sensed, unseen, self._memory, self._fresh)
         super().step_async(script.reshape(-1, 2) + self._share * np.asarray(actions))
 
-    def step_wait(self) -> tuple[Seen, Observation, Bool, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[RowObservation, Observation, Bool, list[dict[str, Any]]]:
         """See ``BoatVecEnv.step_wait``."""
         seen, reward, done, infos = super().step_wait()
         self._fresh = done.reshape(self.num_worlds, -1)[:, 0].copy()
