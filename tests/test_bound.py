@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from asv_env import make_params
 from asv_env.tasks import starts
 from baselines.evaluate import bound
-from baselines.rollout.loop import run
+from baselines.rollout.runner import run
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 PARAMS = make_params("transport")

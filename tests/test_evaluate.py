@@ -24,7 +24,7 @@ from baselines.evaluate.workers import Job, WorkerError
 from baselines.evaluate.workers import run as run_jobs
 from baselines.learned import network
 from baselines.policy import Idle
-from baselines.rollout import film, loop, trajectories
+from baselines.rollout import film, runner, trajectories
 from baselines.rollout.episodes import Label
 
 EPISODES = 40
@@ -451,7 +451,7 @@ def test_models_of_other_kinds_take_part(tmp_path, kind):
     model.save(tmp_path / "other.zip")
     params = make_params("push", time_limit=0.5)
     made = Source(str(tmp_path / "other.zip")).make(params)
-    (track,) = loop.run(lambda params: made, params, [0], 1, Label("other"), record=True)
+    (track,) = runner.run(lambda params: made, params, [0], 1, Label("other"), record=True)
     assert track.episode.error is None
     seen = track.trajectory.observation[0]
     action, _ = model.predict(seen, deterministic=True)
@@ -590,7 +590,7 @@ def test_broken_episodes_are_not_run_again_for_want_of_a_trajectory(tmp_path, mo
     words = [*SHORT, "--policies", "broken_policies:RaisesNow", "--record", "--out", tmp_path]
     run(*words)
     assert all(row.error for row in rows(tmp_path))
-    monkeypatch.setattr("baselines.rollout.loop.run", lambda *arguments: pytest.fail("run again"))
+    monkeypatch.setattr("baselines.rollout.runner.run", lambda *arguments: pytest.fail("run again"))
     run(*words)
 
 
@@ -606,5 +606,5 @@ def test_film_shows_the_episode_that_the_row_counts():
     params = make_params("push", goal=(0.0, -0.5, 0.0), time_limit=3.0)
     frames = list(film.frames(Idle, params, 0))
     assert len(frames) == 8 + film.LAST
-    (track,) = loop.run(Idle, params, [0], 1, Label("idle"))
+    (track,) = runner.run(Idle, params, [0], 1, Label("idle"))
     assert track.episode.duration == 3.0

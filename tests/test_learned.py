@@ -12,7 +12,7 @@ from asv_env import make_params
 from baselines.evaluate.policy_sources import Source
 from baselines.evaluate.publish import model_cards
 from baselines.learned import network, phases, shipped
-from baselines.rollout import loop, seeds
+from baselines.rollout import runner, seeds
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train import recipe
 from train.config import Config
@@ -30,7 +30,7 @@ TINY = {
 
 def episodes(policy, task):
     params = make_params(task, scenario="noisy")
-    return [track.episode for track in loop.run(policy, params, DEVELOPMENT, len(DEVELOPMENT))]
+    return [track.episode for track in runner.run(policy, params, DEVELOPMENT, len(DEVELOPMENT))]
 
 
 @pytest.mark.parametrize("task", ["approach", "push", "transport"])

@@ -18,7 +18,7 @@ from asv_env.types import rows
 from baselines.paper.coasting import coasting_speed
 from baselines.paper.paper_gains import GAINS, IN_RANGE
 from baselines.paper.paper_policy import PaperPolicy
-from baselines.rollout import loop
+from baselines.rollout import runner
 
 GOAL = (0.55, -0.95, 0.1)
 CENTRE = 0.57727235
@@ -295,7 +295,7 @@ def test_thrust_keeps_the_wheel_speed_up_in_steady_motion():
 def test_the_paper_controller_grasps_and_delivers_to_within_centimetres():
     """The paper: 4.88 +- 1.8 cm and -0.26 +- 0.44 rad at the instant of minimal distance."""
     params = make_params(preset="experiment")
-    tracks = loop.run(PaperPolicy, params, range(12), 12)
+    tracks = runner.run(PaperPolicy, params, range(12), 12)
     done = [track.episode for track in tracks]
     errors = np.array([row.min_position_error for row in done])
     assert np.median(errors) < 0.0488

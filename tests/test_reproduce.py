@@ -36,7 +36,7 @@ from baselines.reproduce import (
     style,
 )
 from baselines.reproduce.job import Job
-from baselines.rollout import episodes, loop, provenance
+from baselines.rollout import episodes, provenance, runner
 from baselines.scripted.planner import RouteGains, Router
 
 JOB = Job(seed=0, trials=3, episodes=4)
@@ -505,7 +505,7 @@ def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
 def test_both_comparisons_of_planners_have_the_same_goals():
     world = planner_comparison.world("nominal")
     params = replace(world, task=replace(world.task, time_limit=0.2))
-    tracks = list(loop.run(Idle, params, range(3, 6), 3))
+    tracks = list(runner.run(Idle, params, range(3, 6), 3))
     tracks.sort(key=lambda track: track.episode.seed)
     expected = [track.goal for track in tracks]
     np.testing.assert_array_equal(planner_comparison.goals(params, range(3, 6)), expected)
@@ -547,7 +547,7 @@ def test_the_policy_drives_the_paths_of_the_planner(name):
         policy.act = watched
         return policy
 
-    tracks = list(loop.run(make, params, range(6), 6))
+    tracks = list(runner.run(make, params, range(6), 6))
     goals = planner_comparison.goals(params, range(6))
     expected = dubins.shortest(goals, radius)
     if name == "two arcs":

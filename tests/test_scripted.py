@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from asv_env import Simulation, make_params
-from baselines.rollout import loop
+from baselines.rollout import runner
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 GOAL = (0.55, -0.95, 0.1)
 
 
 def rows(params, seeds, num_envs=50):
-    tracks = loop.run(ScriptedPolicy, params, seeds, num_envs)
+    tracks = runner.run(ScriptedPolicy, params, seeds, num_envs)
     return [track.episode for track in tracks]
 
 

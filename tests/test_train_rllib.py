@@ -14,7 +14,7 @@ import pytest
 
 from asv_env import make_params
 from baselines.learned import network
-from baselines.rollout import loop, seeds
+from baselines.rollout import runner, seeds
 
 if "ENGINES_MUST_RUN" not in os.environ:
     pytest.importorskip("ray", reason="ray is not installed, see docs/engines.md")
@@ -97,7 +97,7 @@ def test_a_run_that_is_killed_goes_on(started, tmp_path):
 
     params = make_params("push")
     policy = network.load(folder / "best.npz", params)
-    (track,) = loop.run(lambda _: policy, params, [seeds.DEVELOPMENT.start], 1)
+    (track,) = runner.run(lambda _: policy, params, [seeds.DEVELOPMENT.start], 1)
     assert track.episode.error is None
 
 

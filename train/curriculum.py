@@ -6,7 +6,6 @@ goals lie ahead and are hardly turned, noise and variation are small.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,7 @@ from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
 from baselines.learned import phases
 from baselines.learned.phases import PhasedPolicy
-from baselines.policy import Policy
+from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 
@@ -76,11 +75,12 @@ class Midway:
     def watched(cls, config: Config, params: EnvParams, seeds: range) -> Midway:
         """Runs the scripted policy on the episodes of these seeds, as they begin in a training."""
         simulation = Simulation(params, len(seeds), initial_states=Starts(config))
+        act = ScriptedPolicy(params).act
         motion, goal = [], []
-        for tick, _ in enumerate(_acting(ScriptedPolicy(params), simulation, seeds)):
-            if tick % KEEP_EVERY == 0:
-                motion.append(simulation.state.motion.copy())
-                goal.append(simulation.state.goal.copy())
+        for number, tick in enumerate(rollout(simulation, act, seeds, params.time_limit_ticks)):
+            if number % KEEP_EVERY == 0:
+                motion.append(tick.state.motion.copy())
+                goal.append(tick.state.goal.copy())
             if len(motion) * len(seeds) >= LARGEST_STARTS:
                 break
         return cls(np.concatenate(motion), np.concatenate(goal))
@@ -103,11 +103,11 @@ class Midway:
         policy = PhasedPolicy(phases.read(file)[0], params)
         acts = np.zeros(len(seeds), dtype=np.int64)
         motion, goal = [], []
-        for memory in _acting(policy, simulation, seeds):
-            begins = (memory.acts > 0) & (acts == 0)
-            acts, side = memory.acts, memory.sides.side[begins]
-            motion.append(geometry.mirrored(simulation.state.motion[begins], side))
-            goal.append(geometry.mirrored(simulation.state.goal[begins], side))
+        for tick in rollout(simulation, policy.act, seeds, params.time_limit_ticks):
+            begins = (tick.memory.acts > 0) & (acts == 0)
+            acts, side = tick.memory.acts, tick.memory.sides.side[begins]
+            motion.append(geometry.mirrored(tick.state.motion[begins], side))
+            goal.append(geometry.mirrored(tick.state.goal[begins], side))
         states = cls(np.concatenate(motion), np.concatenate(goal))
         if not len(states.goal):
             raise ValueError(
@@ -115,23 +115,6 @@ class Midway:
                 f"{params.num_boats} boats; hand over from a better approach"
             )
         return states
-
-
-def _acting(policy: Policy, simulation: Simulation, seeds: range) -> Iterator[Any]:
-    """Runs a policy for the time of an episode, in worlds that begin anew where they are over.
-
-    Yields:
-        What the policy remembers, once it has decided and before the worlds move.
-    """
-    observation, memory = simulation.reset(seeds=list(seeds)), None
-    fresh = np.ones(len(seeds), dtype=np.bool_)
-    for _ in range(simulation.params.time_limit_ticks):
-        action, memory = policy.act(simulation.sensed, observation, memory, fresh)
-        yield memory
-        step = simulation.step(action)
-        observation, fresh = step.observation, step.ending.terminated | step.ending.truncated
-        if fresh.any():
-            observation[fresh] = simulation.reset(fresh)
 
 
 class Starts:

@@ -14,7 +14,7 @@ import numpy as np
 from asv_env.params import NOMINAL_LENGTH, EnvParams, TaskParams
 from asv_env.presets import make_params
 from baselines.learned.network import SUFFIX, About, Layers, NetworkPolicy
-from baselines.rollout import loop
+from baselines.rollout import runner
 from baselines.rollout.episodes import Episode
 from train.config import SEEDS_OF_A_RUN, Config
 from train.run import BEST, Run, write
@@ -82,7 +82,7 @@ def side(config: Config) -> str:
 def run(layers: Layers, about: About, params: EnvParams, config: Config) -> list[Episode]:
     """Episodes of a policy on the development seeds."""
     seeds = range(config.eval_seed, config.eval_seed + config.eval_episodes)
-    tracks = loop.run(lambda p: NetworkPolicy(layers, about, p), params, seeds, len(seeds))
+    tracks = runner.run(lambda p: NetworkPolicy(layers, about, p), params, seeds, len(seeds))
     return [track.episode for track in tracks]
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -19,8 +19,10 @@ from tqdm import tqdm
 
 from asv_env.sensing import observation
 from asv_env.simulation import Simulation
-from asv_env.types import Action, Observation
+from asv_env.types import Action, Bool, Observation, Sensed
+from baselines.policy import Policy
 from baselines.rollout import trajectories
+from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 from train.curriculum import Starts, training_params
@@ -100,23 +102,50 @@ def _watched(
 ) -> Pairs:
     params = training_params(config, *group)
     simulation = Simulation(params, len(seeds), initial_states=Starts(config))
-    script, memory = ScriptedPolicy(params), None
-    rng = np.random.default_rng(seeds.start)
-    seen = simulation.reset(seeds=list(seeds))
-    fresh = np.ones(len(seeds), dtype=np.bool_)
-    pairs: list[Pairs] = []
-    for tick in range(round(config.imitation_time * config.decision_rate)):
-        said, memory = script.act(simulation.sensed, seen, memory, fresh)
-        pairs.append((seen.reshape(-1, seen.shape[-1]).copy(), said.reshape(-1, 2)))
-        if tick % round(TURNS * config.decision_rate) == 0:
-            teaches = rng.random((len(seeds), 1, 1)) < TEACHES**number
-        with torch.no_grad():
-            decided = actor(torch.from_numpy(seen)).numpy()
-        step = simulation.step(np.where(teaches, said, decided))
-        seen, fresh = step.observation, step.ending.terminated | step.ending.truncated
-        if fresh.any():
-            seen[fresh] = simulation.reset(fresh)
+    mixture = Mixture(ScriptedPolicy(params), actor, config.decision_rate, seeds.start, number)
+    ticks = round(config.imitation_time * config.decision_rate)
+    pairs = [
+        (tick.observation.reshape(-1, tick.observation.shape[-1]), tick.memory.label.reshape(-1, 2))
+        for tick in rollout(simulation, mixture.act, seeds, ticks)
+    ]
     return tuple(np.concatenate(some) for some in zip(*pairs, strict=True))  # type: ignore[return-value]
+
+
+class Labelled(NamedTuple):
+    """What ``Mixture`` remembers: the expert's memory, and its action (W, A, 2)."""
+
+    expert: Any
+    label: Action
+
+
+class Mixture:
+    """The expert acts in some worlds, the learner in the others; a ``Policy``.
+
+    Args:
+        expert: policy that is imitated.
+        actor: learner, from observations (..., K) to actions (..., 2).
+        rate: decisions a second.
+        seed: of the choice of worlds.
+        number: of the round; the expert acts in a share of ``TEACHES`` to this power.
+    """
+
+    def __init__(self, expert: Policy, actor: nn.Module, rate: int, seed: int, number: int) -> None:
+        self._expert, self._actor, self._share = expert, actor, TEACHES**number
+        self._rng = np.random.default_rng(seed)
+        self._tick, self._period = 0, round(TURNS * rate)
+
+    def act(
+        self, sensed: Sensed, observation: Observation, memory: Labelled | None, fresh: Bool
+    ) -> tuple[Action, Labelled]:
+        """See ``Policy.act``."""
+        before = None if memory is None else memory.expert
+        label, after = self._expert.act(sensed, observation, before, fresh)
+        if self._tick % self._period == 0:
+            self._expert_acts = self._rng.random((len(fresh), 1, 1)) < self._share
+        self._tick += 1
+        with torch.no_grad():
+            learned = self._actor(torch.from_numpy(observation)).numpy()
+        return np.where(self._expert_acts, label, learned), Labelled(after, label)
 
 
 def recorded(config: Config) -> Iterator[Pairs]:

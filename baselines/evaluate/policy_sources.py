@@ -28,7 +28,7 @@ from baselines.learned.sb3_policy import Sb3Policy
 from baselines.paper.paper_policy import PaperPolicy
 from baselines.policy import Idle, Policy, Random
 from baselines.rollout import provenance
-from baselines.rollout.loop import checked_action
+from baselines.rollout.guard import checked_action
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 POLICIES: dict[str, Callable[[EnvParams], Policy]] = {

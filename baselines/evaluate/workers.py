@@ -22,7 +22,7 @@ from typing import Any
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.policy_sources import Source
 from baselines.evaluate.store import Series
-from baselines.rollout import loop, trajectories
+from baselines.rollout import runner, trajectories
 from baselines.rollout.episodes import Label, PoseLog
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -65,7 +65,9 @@ class Job:
         if self.source.fingerprint() != self.fingerprint:
             raise ValueError(f"{self.source.word} has changed since the run began: start it again")
         params, keep = self.condition.params, self.record is not None
-        for log in loop.run(self.source.make, params, self.seeds, self.num_envs, self.label, keep):
+        for log in runner.run(
+            self.source.make, params, self.seeds, self.num_envs, self.label, keep
+        ):
             if self.record is not None:
                 trajectories.save(self.record, log, params)
             yield log

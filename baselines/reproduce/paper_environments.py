@@ -12,7 +12,7 @@ from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.types import Float
 from baselines.policy import Policy
-from baselines.rollout import loop
+from baselines.rollout import runner
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
 MakePolicy = Callable[[EnvParams], Policy]
@@ -52,7 +52,7 @@ def run(
         seeds: one an episode.
         what: is being run, for the bar.
     """
-    running = loop.run(make_policy, params, seeds, WORLDS)
+    running = runner.run(make_policy, params, seeds, WORLDS)
     bar = tqdm(running, what, len(seeds), unit="episode", file=sys.stderr, leave=False, position=1)
     return sorted(bar, key=lambda log: log.episode.seed)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
-
 from asv_env.params import EnvParams
 from asv_env.render import video
 from asv_env.render.viewer import Frame, Viewer
 from asv_env.simulation import Simulation
+from asv_env.types import State
 from baselines.policy import Policy
+from baselines.rollout.loop import rollout
 
 EVERY = 4
 """Control ticks between two frames."""
@@ -42,21 +42,14 @@ def frames(
     make_policy: Callable[[EnvParams], Policy], params: EnvParams, seed: int
 ) -> Iterator[Frame]:
     """Frames (height, width, 3) uint8 of one episode."""
-    simulation, policy = Simulation(params), make_policy(params)
-    viewer = Viewer(params, size=SIZE)
-    observation, memory, fresh = simulation.reset(seeds=[seed]), None, np.ones(1, dtype=np.bool_)
-    over = False
-    while not over:
-        if simulation.state.tick[0] % EVERY == 0:
-            yield _frame(viewer, simulation)
-        action, memory = policy.act(simulation.sensed, observation, memory, fresh)
-        step = simulation.step(action)
-        observation, fresh = step.observation, np.zeros(1, dtype=np.bool_)
-        over = bool(step.ending.terminated[0] or step.ending.truncated[0])
-    yield from [_frame(viewer, simulation)] * LAST
+    simulation, viewer = Simulation(params), Viewer(params, size=SIZE)
+    for tick in rollout(simulation, make_policy(params).act, [seed]):
+        if tick.state.tick[0] % EVERY == 0:
+            yield _frame(viewer, tick.state)
+    yield from [_frame(viewer, simulation.state)] * LAST
 
 
-def _frame(viewer: Viewer, simulation: Simulation) -> Frame:
-    frame = viewer.draw(simulation.state)
+def _frame(viewer: Viewer, state: State) -> Frame:
+    frame = viewer.draw(state)
     assert frame is not None
     return frame

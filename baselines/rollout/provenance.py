@@ -14,7 +14,7 @@ from pathlib import Path
 TREE = Path(__file__).parents[2]
 PACKAGES = {"asv_env", "baselines", "train"}
 ROLLOUT = (
-    *("baselines.rollout.loop", "baselines.scripted.scripted_policy"),
+    *("baselines.rollout.runner", "baselines.scripted.scripted_policy"),
     *("baselines.paper.paper_policy", "baselines.learned.shipped", "baselines.learned.sb3_policy"),
 )
 """Modules by which episodes are run; with those that they import, all on which episodes depend."""
@@ -95,9 +95,8 @@ def _imports(parsed: ast.Module, package: str) -> Iterator[str]:
         elif isinstance(node, ast.ImportFrom):
             base = resolve_name("." * node.level + (node.module or ""), package)
             yield from (f"{base}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            if lazy := LAZY.fullmatch(node.value):
-                yield lazy[1]
+        elif isinstance(node, ast.Constant) and (lazy := LAZY.fullmatch(str(node.value))):
+            yield lazy[1]
 
 
 def _is_text(statement: ast.AST) -> bool:

@@ -10,6 +10,7 @@ import argparse
 import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -21,6 +22,7 @@ from asv_env.types import Action, Observation
 from baselines.learned import network
 from baselines.learned.network import NetworkPolicy
 from baselines.rollout import seeds
+from baselines.rollout.loop import Tick, rollout
 from train.run import BEST, write
 from train.sb3 import policies
 from train.sb3.ppo import Learner
@@ -43,17 +45,16 @@ def compare(
     """
     simulation = Simulation(params, WORLDS)
     first = seeds.DEVELOPMENT.start
-    observation = simulation.reset(seeds=list(range(first, first + WORLDS)))
-    largest = 0.0
-    for _ in range(round(SECONDS * params.clock.control)):
-        action = policy.forward(observation)
-        wanted = original(observation.reshape(-1, observation.shape[-1])).reshape(action.shape)
-        largest = max(largest, float(np.abs(action - wanted).max()))
-        step = simulation.step(action)
-        observation, over = step.observation, step.ending.terminated | step.ending.truncated
-        if over.any():
-            observation[over] = simulation.reset(over)
-    return largest
+    ticks = round(SECONDS * params.clock.control)
+
+    def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:
+        return policy.forward(observation), None
+
+    def difference(tick: Tick) -> float:
+        wanted = original(tick.observation.reshape(-1, tick.observation.shape[-1]))
+        return float(np.abs(tick.action - wanted.reshape(tick.action.shape)).max())
+
+    return max(map(difference, rollout(simulation, act, range(first, first + WORLDS), ticks)))
 
 
 def check(file: Path, original: Callable[[Observation], Action]) -> float:

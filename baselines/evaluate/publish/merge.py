@@ -26,7 +26,7 @@ from baselines.evaluate.report import markdown
 from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import summarise
-from baselines.rollout import loop
+from baselines.rollout import runner
 from baselines.rollout.episodes import Episode, Label
 
 ROWS, SUMMARY, REPORT = "episodes.csv", "summary.json", "report.md"
@@ -86,7 +86,7 @@ def check(suite: Suite, results: Results, count: int) -> None:
     for condition, policy in tqdm(pairs, desc="published episodes, run again"):
         before = results.rows[condition.name, policy][0][:count]
         label = Label(policy, None, condition.name, condition.scenario)
-        logs = loop.run(
+        logs = runner.run(
             Source(policy).make, condition.params, [row.seed for row in before], count, label
         )
         again = {log.episode.seed: log.episode for log in logs}

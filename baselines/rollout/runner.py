@@ -1,0 +1,179 @@
+"""Runs policies on seeded episodes, many side by side.
+
+An episode follows from its seed: goal, initial state, disturbances and noise. So every policy
+meets the same episodes. Every world has a Pymunk Space of its own, so that no episode depends on
+which others run side by side.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from asv_env.simulation import Simulation
+from asv_env.types import Float, Observation, State
+from baselines.policy import Policy
+from baselines.rollout import episodes
+from baselines.rollout.episodes import POSE_LOG_EVERY, Label, PoseLog, Trajectory
+from baselines.rollout.guard import GuardedPolicy, PolicyError
+from baselines.rollout.loop import IDLE, Tick, rollout
+
+UNNAMED = Label("unnamed")
+
+
+def run(
+    make_policy: Callable[[EnvParams], Policy],
+    params: EnvParams,
+    seeds: Sequence[int],
+    num_envs: int,
+    label: Label = UNNAMED,
+    record: bool = False,
+) -> Iterator[PoseLog]:
+    """Runs one policy on the episodes of these seeds.
+
+    A policy that raises, or whose action is not finite numbers of the right shape, fails the
+    episode in which it does so, and no other.
+
+    Args:
+        make_policy: policy factory.
+        params: parameters of the environment.
+        seeds: one an episode.
+        num_envs: worlds side by side.
+        label: names of policy and condition, for the rows.
+        record: whether logs carry trajectories.
+
+    Yields:
+        One log an episode, in the order in which they end.
+    """
+    left = dict.fromkeys(seeds)
+
+    def episodes_of(seeds: Sequence[int], worlds: int) -> Iterator[PoseLog]:
+        policy = GuardedPolicy(make_policy(params))
+        for log in _run(policy, params, seeds, worlds, label, record):
+            del left[log.episode.seed]
+            yield log
+
+    while left:
+        try:
+            yield from episodes_of(list(left), num_envs)
+        except PolicyError:
+            # Seeds are taken in turn, so the first ones that are left were running. Alone, what a
+            # policy does in an episode does not depend on the others.
+            for seed in list(left)[:num_envs]:
+                yield from episodes_of([seed], 1)
+
+
+def _run(
+    policy: GuardedPolicy,
+    params: EnvParams,
+    seeds: Sequence[int],
+    num_envs: int,
+    label: Label,
+    record: bool,
+) -> Iterator[PoseLog]:
+    """See ``run``.
+
+    Raises:
+        PolicyError: the policy raised, and other episodes were running.
+    """
+    worlds = min(num_envs, len(seeds))
+    simulation = Simulation(params, worlds, worlds_per_space=1)
+    recorders = [_Recorder(world, params, record) for world in range(worlds)]
+    for tick in rollout(simulation, policy.act, seeds):
+        for recorder in recorders:
+            recorder.add(tick, simulation.state)
+        tick.over[list(policy.errors)] = True
+        if not tick.over.any():
+            continue
+        summary = simulation.summary()
+        for world in map(int, np.flatnonzero(tick.over)):
+            recorder, recorders[world] = recorders[world], _Recorder(world, params, record)
+            if tick.episode[world] != IDLE:
+                seed, error = seeds[tick.episode[world]], policy.errors.get(world)
+                yield recorder.log(tick, simulation.state, summary, seed, label, error)
+
+
+class _Recorder:
+    """What is kept of the running episode of one world.
+
+    Args:
+        world: index of the world.
+        params: parameters of the environment.
+        record: whether a trajectory is kept.
+    """
+
+    def __init__(self, world: int, params: EnvParams, record: bool) -> None:
+        self._world, self._params, self._record = world, params, record
+        self._poses: list[Float] = []
+        self._failed_at = np.full(params.num_boats, np.inf)
+        self._steps: dict[str, list[Any]] = defaultdict(list)
+
+    def add(self, tick: Tick, after: State) -> None:
+        """Keeps what a log wants of one step.
+
+        Args:
+            tick: of all worlds.
+            after: state after the step.
+        """
+        world = self._world
+        if tick.state.tick[world] % POSE_LOG_EVERY == 0:
+            self._keep_poses(tick.state)
+        if not after.working[world].all():
+            now = after.tick[world] / self._params.clock.control
+            failed_at = np.where(after.working[world], np.inf, now)
+            self._failed_at = np.minimum(self._failed_at, failed_at)
+        if self._record:
+            self._keep_state(tick.state, tick.observation)
+            self._keep(action=np.clip(tick.action[world], -1, 1), reward=tick.step.reward[world])
+
+    def log(
+        self,
+        tick: Tick,
+        after: State,
+        summary: dict[str, Any],
+        seed: int,
+        label: Label,
+        error: str | None,
+    ) -> PoseLog:
+        """Returns the log of the episode, which is over.
+
+        Args:
+            tick: last one of the episode.
+            after: state after it.
+            summary: metrics of all worlds.
+            seed: seed of the episode.
+            label: names of policy and condition.
+            error: what was wrong with the policy, if anything.
+        """
+        world = self._world
+        self._keep_poses(after)
+        goal = after.goal[world].copy()
+        ended = {name: value[world].item() for name, value in summary.items()}
+        ended["duration"] = after.tick[world].item() / self._params.clock.control
+        row = episodes.row(seed, label, self._params, ended, goal, after.side[world], error)
+        trajectory = None
+        if self._record and not error:
+            self._keep_state(after, tick.step.observation)
+            arrays = {name: np.array(values) for name, values in self._steps.items()}
+            terminated = bool(tick.step.ending.terminated[world])
+            trajectory = Trajectory(**arrays, terminated=terminated)
+        return PoseLog(row, np.array(self._poses), goal, self._failed_at, trajectory)
+
+    def _keep_poses(self, state: State) -> None:
+        self._poses.append(state.motion[self._world, :, :3].copy())
+
+    def _keep_state(self, state: State, observation: Observation) -> None:
+        self._keep(
+            observation=observation[self._world],
+            motion=state.motion[self._world],
+            working=state.working[self._world],
+            goal=state.goal[self._world],
+        )
+
+    def _keep(self, **values: Any) -> None:
+        for name, value in values.items():
+            self._steps[name].append(np.copy(value))
