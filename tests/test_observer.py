@@ -12,7 +12,7 @@ from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
 from asv_env.physics import water
 from baselines.scripted import observer
-from baselines.scripted.observer import Observer
+from baselines.scripted.observer import VesselMemory, VesselObserver
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 FAR = [(5.0, 5.0), (-5.0, -5.0)]
@@ -22,13 +22,13 @@ NOISE = ["nominal", "noisy"]
 
 def watch(params, ticks, worlds=8, motions=None):
     """Errors (T, W, 6) of observer and sensors' filter, and drifts (T, W); the boats are off."""
-    sim, known, still = Simulation(params, worlds), Observer(params), np.zeros(worlds)
+    sim, known, still = Simulation(params, worlds), VesselObserver(params), np.zeros(worlds)
     sim.reset(seeds=range(worlds)) if motions is None else begin_at(sim, motions)
-    memory, idle = known.fresh(worlds), np.zeros(worlds, dtype=bool)
-    known.begin(sim.sensed, memory, ~idle)
+    memory, idle = VesselMemory.empty(worlds), np.zeros(worlds, dtype=bool)
+    known.restart(sim.sensed, memory, ~idle)
     own, filtered, drifts = [], [], []
     for _ in range(ticks):
-        known.expect(memory, still * 0j, still)
+        known.predict(memory, still * 0j, still)
         sim.step(np.zeros_like(sim.state.thrust))
         known.update(sim.sensed, memory, idle)
         own.append(errors(memory.motion, sim))
@@ -94,10 +94,10 @@ def test_episode_begins_at_rest_from_its_first_measurement():
     params = make_params("push", scenario="noisy")
     sim = Simulation(params, 3)
     sim.reset(seeds=range(3))
-    known = Observer(params)
-    memory = known.fresh(3)
+    known = VesselObserver(params)
+    memory = VesselMemory.empty(3)
     memory.motion[:], memory.drift[:], memory.acceleration[:] = 9.0, 9.0, 9.0
-    known.begin(sim.sensed, memory, np.array([True, False, True]))
+    known.restart(sim.sensed, memory, np.array([True, False, True]))
     for world in (0, 2):
         np.testing.assert_array_equal(memory.motion[world, :3], sim.sensed.measured[world, 0, :3])
         np.testing.assert_array_equal(memory.motion[world, 3:], 0.0)
@@ -126,7 +126,7 @@ def test_corrections_are_those_of_the_kalman_filter():
     params = make_params("push", scenario="noisy")
     sim, touch, noise = Simulation(params), 1e-3, params.sensors
     sim.reset(seeds=[0])
-    known = Observer(params)
+    known = VesselObserver(params)
     linear = kalman_gain(
         observer.ACCELERATION, [noise.position_noise, noise.speed_noise], 1 / params.clock.control
     )
@@ -137,7 +137,7 @@ def test_corrections_are_those_of_the_kalman_filter():
     )
     for axis, expected in enumerate((linear, linear, angular)):
         for column, entry in enumerate((axis, 3 + axis)):
-            memory, measured = known.fresh(1), np.zeros_like(sim.sensed.measured)
+            memory, measured = VesselMemory.empty(1), np.zeros_like(sim.sensed.measured)
             measured[0, 0, entry] = touch
             known.update(replace(sim.sensed, measured=measured), memory, np.zeros(1, dtype=bool))
             corrections = memory.motion[0, [axis, 3 + axis]] / touch
@@ -160,10 +160,10 @@ def test_expected_acceleration_is_that_of_the_physics(drag):
     begin_at(sim, list(motions))
     sim.step(np.zeros_like(sim.state.thrust))
     acceleration = hz * (sim.state.motion[:, 0, 3:] - motions[:, 0, 3:])
-    known = Observer(params)
-    memory = known.fresh(worlds)
+    known = VesselObserver(params)
+    memory = VesselMemory.empty(worlds)
     memory.motion[:], memory.drift[:] = motions[:, 0], 0.012 * np.exp(1j * heading)
-    known.expect(memory, np.zeros(worlds, complex), np.zeros(worlds))
+    known.predict(memory, np.zeros(worlds, complex), np.zeros(worlds))
     np.testing.assert_allclose(memory.acceleration, acceleration, atol=2e-4)
     assert (rms(acceleration, 0) > 0.01).all()
 
@@ -177,14 +177,14 @@ def test_wrench_that_balances_the_drag_changes_nothing(heading, surge, sway, eas
     drag = -water.damped(
         np.zeros((1, 3)), through_water, linear, quadratic, np.zeros((1, 3)), np.ones((1, 3))
     )[0]
-    known = Observer(params)
-    memory = known.fresh(1)
+    known = VesselObserver(params)
+    memory = VesselMemory.empty(1)
     memory.drift[:] = east + 1j * north
     velocity = memory.drift[0] + (surge + 1j * sway) * np.exp(1j * heading)
     memory.motion[0] = [1.0, -2.0, heading, velocity.real, velocity.imag, yaw_rate]
-    known.expect(memory, np.array([drag[0] + 1j * drag[1]]), drag[2:])
+    known.predict(memory, np.array([drag[0] + 1j * drag[1]]), drag[2:])
     np.testing.assert_allclose(memory.acceleration, 0.0, atol=1e-12)
-    known.expect(memory, np.array([drag[0] + 1j * drag[1]]) + 0.01, drag[2:] + 0.002)
+    known.predict(memory, np.array([drag[0] + 1j * drag[1]]) + 0.01, drag[2:] + 0.002)
     ahead = 0.01 / vessel.total_mass * np.exp(1j * heading)
     expected = [ahead.real, ahead.imag, 0.002 / vessel.total_inertia]
     np.testing.assert_allclose(memory.acceleration[0], expected, atol=1e-12)
@@ -210,15 +210,15 @@ def test_drift_of_a_free_vessel_becomes_the_current(scenario, heading, speed):
 
 def test_drift_is_learnt_only_of_a_vessel_that_is_left_alone():
     params = make_params("push", 2, "current")
-    sim, known = Simulation(params, 3), Observer(params)
+    sim, known = Simulation(params, 3), VesselObserver(params)
     sim.reset(seeds=range(3))
-    memory = known.fresh(3)
-    known.begin(sim.sensed, memory, np.ones(3, dtype=bool))
+    memory = VesselMemory.empty(3)
+    known.restart(sim.sensed, memory, np.ones(3, dtype=bool))
     pushing = np.array([True, False, False])
     touching = np.zeros((3, 2, 2), dtype=bool)
     touching[1, 1, 0] = True
     for _ in range(20):
-        known.expect(memory, np.zeros(3, complex), np.zeros(3))
+        known.predict(memory, np.zeros(3, complex), np.zeros(3))
         moved = sim.sensed.measured.copy()
         moved[:, 0, 0] += 0.01
         moved[:, 0, 3] += 0.01
@@ -229,10 +229,10 @@ def test_drift_is_learnt_only_of_a_vessel_that_is_left_alone():
 
 def test_other_boats_that_touch_each_other_do_not_matter():
     params = make_params("push", 2, "current")
-    sim, known = Simulation(params, 1), Observer(params)
+    sim, known = Simulation(params, 1), VesselObserver(params)
     sim.reset(seeds=[0])
-    memory = known.fresh(1)
-    known.begin(sim.sensed, memory, np.ones(1, dtype=bool))
+    memory = VesselMemory.empty(1)
+    known.restart(sim.sensed, memory, np.ones(1, dtype=bool))
     touching = np.zeros((1, 2, 2), dtype=bool)
     touching[..., 1] = True
     moved = sim.sensed.measured + 0.01

@@ -37,7 +37,7 @@ from baselines.reproduce import (
 )
 from baselines.reproduce.job import Job
 from baselines.rollout import episodes, provenance, runner
-from baselines.scripted.planner import RouteGains, Router
+from baselines.scripted import PathGains, PathPlanner
 
 JOB = Job(seed=0, trials=3, episodes=4)
 ONLY = ["--only", "fig3", "fig5"]
@@ -523,8 +523,8 @@ def test_lengths_are_none_exactly_where_a_radius_is_too_small():
 def test_planners_may_turn_as_tightly_as_the_scripted_policy_does():
     params = planner_comparison.world("nominal")
     goals = planner_comparison.goals(params, range(100))
-    router = Router(params.vessel, RouteGains())
-    own = router.plan(goals[:, 0] + 1j * goals[:, 1], goals[:, 2])
+    planner = PathPlanner(params.vessel, PathGains())
+    own = planner.plan(goals[:, 0] + 1j * goals[:, 1], goals[:, 2])
     assert 1 / np.abs(own.curvature).max() == pytest.approx(planner_comparison.least_radius(params))
 
 
@@ -541,7 +541,7 @@ def test_the_policy_drives_the_paths_of_the_planner(name):
 
         def watched(*arguments):
             action, memory = act(*arguments)
-            seen.append(memory.push)
+            seen.append(memory.path)
             return action, memory
 
         policy.act = watched

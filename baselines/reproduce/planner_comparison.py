@@ -21,7 +21,8 @@ from baselines.reproduce import fig5_paths, style
 from baselines.reproduce.comparison_rows import rows_of
 from baselines.reproduce.job import Job
 from baselines.reproduce.paper_environments import MakePolicy, experiment, run
-from baselines.scripted.planner import SEGMENTS, RouteGains, Router
+from baselines.scripted.gains import PathGains
+from baselines.scripted.planner import SEGMENTS, PathPlanner
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 Planner = Callable[[Float, float], ArcPath]
@@ -47,8 +48,8 @@ MEASURES = {
 
 def least_radius(params: EnvParams) -> float:
     """Radius of the tightest arcs that the scripted policy drives, m: the least of both paths."""
-    gains = RouteGains()
-    return gains.radius * gains.tightest * params.vessel.length / 2
+    gains = PathGains()
+    return gains.widest_radius * gains.tightest_radius * params.vessel.length / 2
 
 
 def two_arcs(goals: Float, radius: float) -> ArcPath:
@@ -73,7 +74,7 @@ def padded(path: ArcPath) -> ArcPath:
     return ArcPath(path.start, np.pad(path.curvature, spare), np.pad(path.length, spare))
 
 
-class Planned(Router):
+class Planned(PathPlanner):
     """The scripted policy's timetable, on the paths of a planner.
 
     Args:
@@ -83,17 +84,17 @@ class Planned(Router):
 
     def __init__(self, params: EnvParams, planner: Planner) -> None:
         vessel, _ = params.hulls()
-        super().__init__(vessel, RouteGains())
+        super().__init__(vessel, PathGains())
         self._planner, self._radius = planner, least_radius(params)
 
-    def plan(self, goal: Complex, turn: Float) -> ArcPath:
-        """See ``Router.plan``."""
-        return self._planner(np.stack([goal.real, goal.imag, turn], axis=-1), self._radius)
+    def plan(self, goal: Complex, heading: Float) -> ArcPath:
+        """See ``PathPlanner.plan``."""
+        return self._planner(np.stack([goal.real, goal.imag, heading], axis=-1), self._radius)
 
 
 def driving(planner: Planner, params: EnvParams) -> ScriptedPolicy:
     """The scripted policy on the paths of a planner."""
-    return ScriptedPolicy(params, router=Planned(params, planner))
+    return ScriptedPolicy(params, planner=Planned(params, planner))
 
 
 PLANNERS: dict[str, MakePolicy] = {

@@ -1,63 +1,50 @@
-"""How to push a vessel along a path: linear-quadratic control that looks ahead.
+"""Linear-quadratic control of a vessel on a path, with preview of the path's curvature.
 
 A vessel that turns skids outwards, and it takes up a new yaw rate only within seconds. So it is
 steered by what is to come: the force along the hull and the moment that keep it on the path at
-the least cost, given all of the path's curvature within some seconds ahead. With x = (offset,
-heading error, sideways velocity, yaw rate), speed v and curvature k(t) of the path ahead,
+the least cost, given the path's curvature over the next seconds. With x = (cross-track error,
+heading error, velocity along the hull, yaw rate), u = (force along the hull, moment), speed v and
+curvature k(t) of the path ahead,
 
     x' = A x + B u - (0, v k(t), 0, 0),
 
-the cost-minimal u is - K x - integral of G(tau) k(tau), with K from the Riccati equation and
-G(tau) = - R^-1 B' exp((A - B K)' tau) P (0, v, 0, 0).
+the cost-minimal u is - K x - integral of G(tau) k(tau), with K = R^-1 B' P, P from the Riccati
+equation, and G(tau) = - R^-1 B' exp((A - B K)' tau) P (0, v, 0, 0).
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import expm, solve_continuous_are
 
 from asv_env.params import NOMINAL_LENGTH, VesselParams
 from asv_env.types import Float
+from baselines.scripted.gains import Tolerances
 
-STEP = 0.25
-"""Between two looks at the path ahead of a vessel of 0.40 m, s."""
-LOOKS = 24
+PREVIEW_STEP = 0.25
+"""Time between two preview points of a vessel of 0.40 m, s."""
+PREVIEW_POINTS = 24
+"""Number of points at which the curvature of the path ahead is taken."""
 SPEEDS = np.array([0.003, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1])
 """Speeds of the vessel for which gains are computed, m/s; between them they are interpolated."""
 SLIP = 0.01
-"""Sideways velocity, m/s, and
-``YAW_RATE``, rad/s, at which the drag is linearised."""
+"""Velocity along the hull at which the surge drag is linearised, m/s."""
 YAW_RATE = 0.1
+"""Yaw rate at which the yaw drag is linearised, rad/s."""
 
 
-@dataclass(frozen=True)
-class Tolerances:
-    """Deviations and efforts that cost the same.
+class PreviewLqr:
+    """Feedback and preview gains, scheduled over the vessel's speed.
 
     Attributes:
-        offset: from the path, m.
-        turn: heading error, rad.
-        force: along the hull, N; 0 where no boat can exert one.
-        moment: N m, for a vessel of 0.40 m.
-    """
-
-    offset: float = 0.04
-    turn: float = 0.035
-    force: float = 3.9e-3
-    moment: float = 3e-4
-
-
-class PreviewSteering:
-    """Gains over the vessel's speed.
+        preview_times: (PREVIEW_POINTS,) s from now, where the path's curvature is taken.
 
     Args:
-        vessel: as it is in the water.
-        tolerances: what the cost is made of.
+        vessel: hull of the vessel, with the drag that acts.
+        tolerances: deviations and efforts that cost the same.
 
     Raises:
-        ValueError: nothing hinders the vessel from sliding along its length.
+        ValueError: the vessel has no surge drag, so that it slides freely along its length.
     """
 
     def __init__(self, vessel: VesselParams, tolerances: Tolerances) -> None:
@@ -67,57 +54,54 @@ class PreviewSteering:
                 "vessel that slides freely along its length; give some drag"
             )
         scale = vessel.length / NOMINAL_LENGTH
-        state_cost = np.diag([tolerances.offset**-2, tolerances.turn**-2, 0.0, 0.0])
+        state_cost = np.diag([tolerances.cross_track**-2, tolerances.heading**-2, 0.0, 0.0])
         efforts = np.array([tolerances.force or 1.0, scale**2 * tolerances.moment])
         control_cost = np.diag(efforts**-2)
         control = np.zeros((4, 2))
         control[2, 0] = (tolerances.force > 0) / vessel.total_mass
         control[3, 1] = 1.0 / vessel.total_inertia
-        step = scale * STEP
-        self.ahead: Float = step * (np.arange(LOOKS) + 0.5)
-        """(LOOKS,) s, where the path is looked at."""
+        step = scale * PREVIEW_STEP
+        self.preview_times: Float = step * (np.arange(PREVIEW_POINTS) + 0.5)
         self._feedback = np.zeros((len(SPEEDS), 2, 4))
-        self._preview = np.zeros((len(SPEEDS), 2, LOOKS))
+        self._preview = np.zeros((len(SPEEDS), 2, PREVIEW_POINTS))
+        weighted = np.linalg.solve(control_cost, control.T)
         for i, speed in enumerate(SPEEDS):
             dynamics = _dynamics(vessel, speed)
             cost = solve_continuous_are(dynamics, control, state_cost, control_cost)
-            weighted = np.linalg.solve(control_cost, control.T)
             self._feedback[i] = weighted @ cost
-            closed = (dynamics - control @ self._feedback[i]).T
+            closed_loop = (dynamics - control @ self._feedback[i]).T
             turning = cost @ np.array([0.0, -speed, 0.0, 0.0])
-            looks = [weighted @ expm(closed * time) @ turning for time in self.ahead]
-            self._preview[i] = step * np.stack(looks, axis=-1)
+            ahead = [weighted @ expm(closed_loop * time) @ turning for time in self.preview_times]
+            self._preview[i] = step * np.stack(ahead, axis=-1)
 
     def wrench(self, speed: Float, deviation: Float, curvature: Float) -> Float:
-        """Force along the hull, N, and moment, N m, for the vessel.
+        """Force along the hull, N, and moment, N m, (W, 2) that bring the vessel to its path.
 
         Args:
             speed: (W,) of the vessel, m/s.
-            deviation: (W, 4) offset from the path along the hull, m; heading error, rad;
-                sideways velocity along the hull, m/s; yaw rate, rad/s.
-            curvature: (W, LOOKS) of the path where the vessel will be at times ``ahead``, 1/m.
-
-        Returns:
-            (W, 2).
+            deviation: (W, 4) cross-track error along the hull, m; heading error, rad;
+                velocity along the hull, m/s; yaw rate, rad/s.
+            curvature: (W, PREVIEW_POINTS) of the path where the vessel will be at
+                ``preview_times``, 1/m.
         """
         place = np.interp(speed, SPEEDS, np.arange(len(SPEEDS)))
         low = np.minimum(place.astype(np.int64), len(SPEEDS) - 2)
-        part = (place - low)[:, None, None]
-        feedback = self._feedback[low] * (1 - part) + self._feedback[low + 1] * part
-        preview = self._preview[low] * (1 - part) + self._preview[low + 1] * part
+        weight = (place - low)[:, None, None]
+        feedback = self._feedback[low] * (1 - weight) + self._feedback[low + 1] * weight
+        preview = self._preview[low] * (1 - weight) + self._preview[low + 1] * weight
         wrench: Float = -(feedback @ deviation[..., None] + preview @ curvature[..., None])[..., 0]
         return wrench
 
 
 def _dynamics(vessel: VesselParams, speed: float) -> Float:
-    """A (4, 4) of a vessel that moves at a speed (m/s), linearised about the path."""
-    linear = vessel.linearised(SLIP, YAW_RATE)
-    along, yaw = linear.surge[0] / vessel.total_mass, linear.yaw[0] / vessel.total_inertia
+    """Matrix A (4, 4) of a vessel that moves at a speed (m/s), linearised about the path."""
+    hull = vessel.linearised(SLIP, YAW_RATE)
+    surge, yaw = hull.surge[0] / vessel.total_mass, hull.yaw[0] / vessel.total_inertia
     return np.array(
         [
             [0.0, speed, 1.0, 0.0],
             [0.0, 0.0, 0.0, 1.0],
-            [0.0, 0.0, -along, -speed],
+            [0.0, 0.0, -surge, -speed],
             [0.0, 0.0, 0.0, -yaw],
         ]
     )

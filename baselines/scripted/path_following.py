@@ -1,176 +1,119 @@
-"""The push phase: boats that carry the vessel along a path of arcs to its goal.
+"""What the vessel needs to follow its path: the force and the moment that the boats are to exert.
 
-The path is planned as the vessel sees the water: a current carries vessel and path alike, and the
-path is laid so that they meet the goal when the vessel comes to its end. On the way the boats at
-the side exert the force and the moment, those at the ends the force along the hull, that
-``steering`` asks for. A vessel that misses its goal goes round again.
+The path is planned as the vessel sees the water. A current carries vessel and path alike, and the
+path is laid so that it has been carried to the goal when the vessel comes to its end. A vessel
+that leaves its path or passes its goal gets a new path.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from asv_env.geometry import direction, wrap
-from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.physics.autopilot import bandwidth
+from asv_env.params import NOMINAL_LENGTH, VesselParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float
 from baselines.paper.arcs import ArcPath
-from baselines.scripted.lqr import PreviewSteering, Tolerances
-from baselines.scripted.planner import SEGMENTS, Router
+from baselines.scripted.drag import drag
+from baselines.scripted.gains import PushGains, Tolerances
+from baselines.scripted.lqr import PreviewLqr
+from baselines.scripted.planner import SEGMENTS, PathPlanner
 
-FARTHEST = 0.2
-"""Offset from the path, lengths of the vessel, and
-``MOST_TURNED``, heading error, rad, beyond which they count no more."""
-MOST_TURNED = 0.7
-MISSED = 0.1
-"""Way beyond the goal after which a new path is planned, lengths of the vessel, and
-``ASTRAY``, offset from the path at which one is."""
-ASTRAY = 0.75
-LARGEST_LEAN = 0.3
-"""Of a boat at the side towards its place, rad, and
-``LARGEST_CARRY``, with the hull that slides along."""
-LARGEST_CARRY = 0.6
-LARGEST_PRESS = 0.6
-"""Of a boat at an end towards the hull, rad, and
-``LARGEST_LEAD``, of all that turns it off its slot's direction."""
-LARGEST_LEAD = 1.0
-UNCAGED_TURN = 0.1
-"""Heading error that costs as much as the others where no boat keeps the vessel from skidding."""
-SLOWEST = 0.02
-"""Speed to which that of a boat is rounded up where a course follows from it, m/s."""
-WEAKEST = 1e-3
-"""Force to which that of a boat is rounded up where a course follows from it, N."""
-TINY = 1e-6
-
-
-@dataclass(frozen=True)
-class PushGains:
-    """What the push may be tuned by.
-
-    Attributes:
-        pull: force for the speed that the vessel lacks, per mass, 1/s.
-        spare: force that boats at the side may always use for the moment, and
-        contact: that they exert at least, all together, in parts of the drag at full speed.
-        most_force: of the boats at the ends along a hull of 0.40 m, N, and
-        grip: of each on it, at least, N.
-        spread: of the boats at the side, relative to their slots.
-        closing: speed for a gap to the hull, 1/s.
-        turning: yaw rate for a heading error, 1/s.
-        steer: lean of boats at the side for the distance off their places, rad/m, and
-        carry: share that they lean of what would let them slide along with the hull freely.
-        sideways: speed of boats at the ends along the hull for that distance, 1/s, and
-        skid: share of the skid in a turn that they steer against.
-    """
-
-    pull: float = 1.33
-    spare: float = 0.6
-    contact: float = 0.145
-    most_force: float = 5.6e-3
-    grip: float = 7e-4
-    spread: float = 1.2
-    closing: float = 0.2
-    turning: float = 4.0
-    steer: float = 2.2
-    carry: float = 0.32
-    sideways: float = 0.23
-    skid: float = 1.2
+MAX_CROSS_TRACK = 0.2
+"""Saturation of the cross-track error, vessel lengths."""
+MAX_HEADING_ERROR = 0.7
+"""Saturation of the heading error, rad."""
+OFF_PATH = 0.75
+"""Cross-track error at which a new path is planned, vessel lengths."""
+PAST_GOAL = 0.1
+"""Path length beyond the goal at which a new path is planned, vessel lengths."""
+UNCAGED_HEADING = 0.1
+"""Tolerated heading error where no end boat keeps the vessel from skidding, rad."""
 
 
 @dataclass
-class PushMemory:
+class PathMemory:
     """The vessel's path through the water.
 
     Attributes:
         start: (W, 3) pose where it begins; m, m, rad.
-        curvature: (W, n) of its segments, 1/m.
-        length: (W, n) of its segments, m; those that are not needed are 0.
-        way: (W,) covered on it, m.
-        missed: (W,) whether the vessel has left it, and a new one is needed.
+        curvature: (W, SEGMENTS) 1/m.
+        length: (W, SEGMENTS) m; segments that are not needed have length 0.
+        progress: (W,) path length behind the vessel, m.
+        replan: (W,) whether a new path is needed.
     """
 
     start: Float
     curvature: Float
     length: Float
-    way: Float
-    missed: Bool
+    progress: Float
+    replan: Bool
+
+    @classmethod
+    def empty(cls, worlds: int) -> PathMemory:
+        """Memory to be filled by ``PathFollower.plan``."""
+        segments = np.zeros((worlds, SEGMENTS))
+        replan = np.zeros(worlds, dtype=np.bool_)
+        return cls(np.zeros((worlds, 3)), segments, segments.copy(), np.zeros(worlds), replan)
 
 
-@dataclass
-class Wrench:
-    """What the boats exert on the vessel.
+class Tracking(NamedTuple):
+    """Where the vessel is relative to its path.
 
     Attributes:
-        ahead: (W, A) by each boat at the side, along -n, N.
-        along: (W,) by those at the ends, along the hull, N.
+        cross_track: (W,) distance from the path along the hull, m.
+        heading_error: (W,) rad.
+        remaining: (W,) path length to the goal, m.
+        curvature: (W, PREVIEW_POINTS) of the path ahead, 1/m.
+    """
+
+    cross_track: Float
+    heading_error: Float
+    remaining: Float
+    curvature: Float
+
+
+class Demand(NamedTuple):
+    """What the boats together are to exert on the vessel.
+
+    Attributes:
+        forward: (W,) force towards -n, N; negative where the vessel is too fast.
+        along: (W,) force along the hull, N.
         moment: (W,) N m.
     """
 
-    ahead: Float
+    forward: Float
     along: Float
     moment: Float
 
 
-@dataclass
-class Grip:
-    """The hull as a boat meets it at its place.
-
-    Attributes:
-        gap: (W, A) from each boat to its place, in the vessel's frame, m.
-        does: (W, A) speed of the hull there across, towards -n, and
-        slides: (W, A) along +u, m/s.
-        yaw_rate: (W, 1) of the vessel, rad/s.
-        drag: (W, A) of a boat that goes along across, N, and
-        sway: (W, A) its force per sideways speed, kg/s.
-    """
-
-    gap: Complex
-    does: Float
-    slides: Float
-    yaw_rate: Float
-    drag: Float
-    sway: Float
-
-
-class Conveying:
-    """Speed and yaw rate of boats that push the vessel to its goal.
+class PathFollower:
+    """Plans the vessel's path and computes what keeps the vessel on it, and on time.
 
     Args:
-        params: of the environment.
-        router: plans the paths.
-        gains: of the push.
-        tolerances: of the vessel on its path.
+        vessel: hull of the vessel, with the drag that acts.
+        planner: plans the paths.
+        gains: gains of the push.
+        tolerances: tolerated deviations of the vessel from its path.
     """
 
     def __init__(
-        self, params: EnvParams, router: Router, gains: PushGains, tolerances: Tolerances
+        self, vessel: VesselParams, planner: PathPlanner, gains: PushGains, tolerances: Tolerances
     ) -> None:
-        self._vessel, self._boat = params.hulls()
-        self._router, self._gains = router, gains
-        across, speed = self._vessel.sway, router.gains.speed
-        self._full_drag = (across[0] + across[1] * speed) * speed
-        self._caged = PreviewSteering(self._vessel, tolerances)
-        self._uncaged = PreviewSteering(
-            self._vessel, replace(tolerances, force=0.0, turn=UNCAGED_TURN)
-        )
+        self._vessel, self._planner, self._gains = vessel, planner, gains
+        self._caged = PreviewLqr(vessel, tolerances)
+        uncaged = replace(tolerances, force=0.0, heading=UNCAGED_HEADING)
+        self._uncaged = PreviewLqr(vessel, uncaged)
+        self.preview_times = self._caged.preview_times
 
-    def fresh(self, worlds: int) -> PushMemory:
-        """Memory to be filled by ``begin``."""
-        return PushMemory(
-            start=np.zeros((worlds, 3)),
-            curvature=np.zeros((worlds, SEGMENTS)),
-            length=np.zeros((worlds, SEGMENTS)),
-            way=np.zeros(worlds),
-            missed=np.zeros(worlds, dtype=np.bool_),
-        )
-
-    def begin(self, relations: Relations, drift: Complex, memory: PushMemory, which: Bool) -> None:
-        """Plans the paths of some worlds from where their vessels are.
+    def plan(self, relations: Relations, drift: Complex, memory: PathMemory, which: Bool) -> None:
+        """Plans paths from where the vessels are.
 
         Args:
-            relations: of all worlds.
+            relations: estimated relations of all worlds.
             drift: (W,) velocity of the water, m/s, world frame.
             memory: receives the paths.
             which: (W,) worlds that need one.
@@ -179,183 +122,75 @@ class Conveying:
             return
         position, heading = relations.position[which, 0], relations.heading[which, 0]
         goal, turn = relations.goal[which], -relations.heading_error[which]
-        path, carried = self._router.plan(goal, turn), 0.0 * goal
+        path, carried = self._planner.plan(goal, turn), 0.0 * goal
         if (drift[which] != 0).any():
             for _ in range(2):  # The time depends on the path, and that on the time.
-                carried = drift[which] * self._router.time(path.total_length)
-                path = self._router.plan(goal - carried * heading.conj(), turn)
+                carried = drift[which] * self._planner.time(path.total_length)
+                path = self._planner.plan(goal - carried * heading.conj(), turn)
         start = position + carried
         memory.start[which] = np.stack([start.real, start.imag, np.angle(heading)], axis=-1)
         memory.curvature[which], memory.length[which] = path.curvature, path.length
-        memory.way[which], memory.missed[which] = 0.0, False
+        memory.progress[which], memory.replan[which] = 0.0, False
 
-    def steer(
-        self,
-        relations: Relations,
-        slot: Complex,
-        working: Bool,
-        drift: Complex,
-        memory: PushMemory,
-    ) -> tuple[Float, Wrench]:
-        """Speed m/s and yaw rate rad/s (W, A, 2) of the boats, and what they exert by it.
-
-        Brings ``memory.way`` and ``memory.missed`` up to date.
+    def demand(
+        self, relations: Relations, drift: Complex, caged: Bool, memory: PathMemory
+    ) -> Demand:
+        """Force and moment that lead the vessel along its path to rest at the goal.
 
         Args:
-            relations: of the estimated motion.
-            slot: (W, A) of each boat, m.
-            working: (W, A) boats whose thrusters work; the others are not reckoned with.
+            relations: estimated relations.
             drift: (W,) velocity of the water, m/s, world frame.
-            memory: with the path.
+            caged: (W,) whether end boats can exert the force along the hull.
+            memory: the paths; ``progress`` and ``replan`` are updated.
         """
-        caging = np.abs(slot.real) > self._vessel.length / 2
-        pushing = working & ~caging
-        places = self._places(slot, pushing)
-        caged = np.asarray((working & caging).any(axis=1))
-        wrench = self._wrench(relations, places, pushing, caged, drift, memory)
-        grip = self._gripped(relations, places)
-        at_side = self._at_side(grip, wrench.ahead)
-        at_end = self._at_end(grip, np.sign(places.real), wrench.along)
-        speed, lead = np.where(caging, at_end, at_side)
-        turn = turn_to(relations, lead - np.pi / 2)
-        return np.stack([speed, grip.yaw_rate + self._gains.turning * turn], axis=-1), wrench
-
-    def _places(self, slot: Complex, pushing: Bool) -> Complex:
-        """Where boats belong (W, A): those that push, spread as far as the ends allow, m."""
-        farthest = np.abs(np.where(pushing, slot.real, 0.0)).max(axis=1, keepdims=True)
-        room = self._vessel.length / 2 - self._boat.width
-        spread = np.clip(room / np.maximum(farthest, TINY), 1.0, self._gains.spread)
-        return np.where(pushing, spread, 1.0) * slot.real + 1j * slot.imag
-
-    def _wrench(
-        self,
-        relations: Relations,
-        places: Complex,
-        pushing: Bool,
-        caged: Bool,
-        drift: Complex,
-        memory: PushMemory,
-    ) -> Wrench:
-        """What the boats are to exert so that the vessel follows its path to rest."""
-        vessel, gains = self._vessel, self._gains
+        vessel = self._vessel
         velocity = (relations.velocity[:, 0] - drift) * relations.heading[:, 0].conj()
         speed, yaw_rate = -velocity.imag, relations.yaw_rate[:, 0]
-        offset, turned, left, curvature = self._follow(relations, drift, speed, memory)
-        aside = np.clip(offset, -FARTHEST * vessel.length, FARTHEST * vessel.length)
-        turned = np.clip(turned, -MOST_TURNED, MOST_TURNED)
-        deviation = np.stack([aside, turned, velocity.real, yaw_rate], axis=-1)
-        wanted = self._uncaged.wrench(speed, deviation, curvature)
-        if caged.any():
-            wanted = np.where(
-                caged[:, None], self._caged.wrench(speed, deviation, curvature), wanted
-            )
-        most = gains.most_force * vessel.length / NOMINAL_LENGTH
-        along, moment = np.clip(wanted[:, 0], -most, most), wanted[:, 1]
-        each, moment = self._shared(self._ahead(left, speed), moment, places.real, pushing)
-        return Wrench(each, along, moment)
+        tracking = self.track(relations, drift, speed, memory)
+        limit = MAX_CROSS_TRACK * vessel.length
+        cross_track = np.clip(tracking.cross_track, -limit, limit)
+        turned = np.clip(tracking.heading_error, -MAX_HEADING_ERROR, MAX_HEADING_ERROR)
+        deviation = np.stack([cross_track, turned, velocity.real, yaw_rate], axis=-1)
+        along, moment = np.where(
+            caged[:, None],
+            self._caged.wrench(speed, deviation, tracking.curvature),
+            self._uncaged.wrench(speed, deviation, tracking.curvature),
+        ).T
+        limit = self._gains.max_end_force * vessel.length / NOMINAL_LENGTH
+        forward = self._forward_force(tracking.remaining, speed)
+        return Demand(forward, np.clip(along, -limit, limit), moment)
 
-    def _follow(
-        self, relations: Relations, drift: Complex, speed: Float, memory: PushMemory
-    ) -> tuple[Float, Float, Float, Float]:
-        """Where the vessel is on its path.
+    def track(
+        self, relations: Relations, drift: Complex, speed: Float, memory: PathMemory
+    ) -> Tracking:
+        """Finds the vessel on its path, and updates ``memory.progress`` and ``memory.replan``.
 
-        Returns:
-            (W,) offset along the hull, m; (W,) heading error, rad; (W,) way left, m; (W, LOOKS)
-            curvature of the path ahead, 1/m.
+        The path is where the water will have carried it when the vessel reaches the goal, so the
+        vessel's position is moved by the drift until then.
         """
         path = ArcPath(memory.start, memory.curvature, memory.length)
         total, length = path.total_length, self._vessel.length
-        position = relations.position[:, 0] + drift * self._router.time(total - memory.way)
-        reference = path.pose_at(memory.way)
-        offset = position - (reference[:, 0] + 1j * reference[:, 1])
+        carried = drift * self._planner.time(total - memory.progress)
+        reference = path.pose_at(memory.progress)
+        offset = relations.position[:, 0] + carried - (reference[:, 0] + 1j * reference[:, 1])
         offset = offset * direction(-reference[:, 2])
-        reached = memory.way - offset.imag
-        memory.way = np.clip(reached, 0.0, total)
-        turned = wrap(np.angle(relations.heading[:, 0]) - path.pose_at(memory.way)[:, 2])
-        astray = np.abs(offset.real) > ASTRAY * length
-        memory.missed = astray | (reached - total > MISSED * length)
-        ahead = memory.way[:, None] + np.maximum(speed, 0.0)[:, None] * self._caged.ahead
-        curvature = path[:, None].curvature_at(ahead)  # Beyond the end, that of a straight.
-        return offset.real, turned, total - reached, curvature
+        reached = memory.progress - offset.imag
+        memory.progress = np.clip(reached, 0.0, total)
+        heading = path.pose_at(memory.progress)[:, 2]
+        off_path = np.abs(offset.real) > OFF_PATH * length
+        memory.replan = off_path | (reached - total > PAST_GOAL * length)
+        ahead = np.maximum(speed, 0.0)[:, None] * self.preview_times
+        return Tracking(
+            cross_track=offset.real,
+            heading_error=wrap(np.angle(relations.heading[:, 0]) - heading),
+            remaining=total - reached,
+            curvature=path[:, None].curvature_at(memory.progress[:, None] + ahead),
+        )
 
-    def _ahead(self, left: Float, speed: Float) -> Float:
-        """Force (W,) N that brings the vessel to the speed at which it is to be."""
-        across, wanted = self._vessel.sway, self._router.speed(left)
-        drag = (across[0] + across[1] * wanted) * wanted
-        coasts = wanted < self._router.gains.speed
-        drag *= np.where(coasts, 1 - self._router.gains.braking, 1.0)
-        return drag + self._gains.pull * self._vessel.total_mass * (wanted - speed)
-
-    def _shared(self, ahead: Float, moment: Float, u: Float, pushing: Bool) -> tuple[Float, Float]:
-        """Shares force ahead (W,) and moment (W,) out to the boats at the side.
-
-        They can only push. The moment goes first: where it asks for more force than the way
-        ahead does, the vessel gets faster. A vessel that is too fast is left alone by them.
-
-        Returns:
-            (W, A) force of each boat, N; (W,) the moment that comes about, N m.
-        """
-        lever = np.where(pushing, u, 0.0)
-        pushers = np.maximum(pushing.sum(axis=1), 1)
-        levers = np.maximum((lever**2).sum(axis=1), TINY)
-        per_moment = pushers * np.maximum(np.abs(lever).max(axis=1), TINY) / levers
-        most = np.maximum(ahead, self._gains.spare * self._full_drag) / per_moment
-        moment = np.clip(moment, -most, most)
-        force = np.maximum(np.maximum(ahead, 0.0), per_moment * np.abs(moment))
-        each = (force / pushers)[:, None] - (moment / levers)[:, None] * lever
-        contact = (self._gains.contact * self._full_drag / pushers)[:, None]
-        surplus = np.minimum(ahead / pushers, 0.0)[:, None]
-        each = np.maximum(each, contact) + np.where(surplus < 0, surplus - contact, 0.0)
-        each = np.where(pushing, each, 0.0)
-        return each, -(each * lever).sum(axis=1)
-
-    def _gripped(self, relations: Relations, places: Complex) -> Grip:
-        """The hull as the boats meet it at their places (W, A)."""
-        boat = self._boat
-        moves = (relations.velocity[:, 0] * relations.heading[:, 0].conj())[:, None]
-        yaw_rate = relations.yaw_rate[:, :1]
-        does = -moves.imag - yaw_rate * places.real
-        slides = moves.real - yaw_rate * places.imag
-        drag = (boat.surge[0] + boat.surge[1] * np.abs(does)) * does
-        sway = boat.sway[0] + boat.sway[1] * np.abs(slides)
-        return Grip(places - relations.boat, does, slides, yaw_rate, drag, sway)
-
-    def _at_side(self, grip: Grip, force: Float) -> tuple[Float, Float]:
-        """Speed and lead (W, A) of boats that push: the hull's own, and more by their force.
-
-        The hull takes them along by friction, which hinders its turning; a lean by which their
-        thrust would take them along by itself takes some of that away. Too much of it would
-        push the vessel sideways.
-        """
-        gains, boat = self._gains, self._boat
-        stiffness = boat.total_mass * bandwidth(boat)  # of the speed loop on board
-        needed = boat.total_mass * grip.yaw_rate * grip.does + grip.sway * grip.slides
-        turned = np.maximum(force, 0.0) + np.maximum(grip.drag, 0.0)
-        turned += grip.sway * np.maximum(grip.does, 0.0)
-        carry = gains.carry * needed / np.maximum(turned, WEAKEST)
-        lean = np.clip(gains.steer * grip.gap.real, -LARGEST_LEAN, LARGEST_LEAN)
-        lean += np.clip(carry, -LARGEST_CARRY, LARGEST_CARRY)
-        follow = grip.does + gains.closing * np.maximum(-grip.gap.imag, 0.0)
-        return follow * np.cos(lean) + force / stiffness, lean
-
-    def _at_end(self, grip: Grip, end: Float, force: Float) -> tuple[Float, Float]:
-        """Speed and lead (W, A) of boats at the ends: they go with the hull and press on it.
-
-        The water carries the hull of a boat that leans off its course sideways, so that a small
-        lean presses hard.
-        """
-        gains, boat = self._gains, self._boat
-        ahead = np.maximum(grip.does, SLOWEST)
-        course = np.arctan2(grip.slides + gains.sideways * grip.gap.real, ahead)
-        skid = boat.total_mass * grip.yaw_rate / max(boat.sway[0], WEAKEST)
-        press = np.maximum(-force[:, None] * end, 0.0) + gains.grip
-        per_lean = (boat.sway[0] + boat.sway[1] * SLOWEST) * ahead + np.maximum(grip.drag, WEAKEST)
-        lean = np.minimum(press / per_lean, LARGEST_PRESS)
-        lead = np.clip(course + gains.skid * skid - end * lean, -LARGEST_LEAD, LARGEST_LEAD)
-        return grip.does - 2 * gains.closing * grip.gap.imag, lead
-
-
-def turn_to(relations: Relations, heading: Float) -> Float:
-    """Angle (W, A) by which boats have to turn to a heading (W, A) in the vessel's frame."""
-    turn = direction(heading) * relations.heading[:, :1] / relations.heading[:, 1:]
-    return np.arctan2(turn.imag, turn.real)
+    def _forward_force(self, remaining: Float, speed: Float) -> Float:
+        """Force (W,) N that brings the vessel to the speed of its timetable."""
+        wanted, cruise = self._planner.speed(remaining), self._planner.gains.speed
+        resistance = drag(self._vessel.sway, wanted)
+        resistance *= np.where(wanted < cruise, 1 - self._planner.gains.braking, 1.0)
+        mass = self._vessel.total_mass
+        return resistance + self._gains.speed_gain * mass * (wanted - speed)

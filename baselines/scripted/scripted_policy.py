@@ -1,13 +1,8 @@
-"""The paper's controller in two phases, made strong, for all worlds at once.
+"""The scripted baseline: observes, decides the phase of every world, and lets it act.
 
-Approach: every boat spirals to its slot and waits there until the vessel is in conditional
-closure (``grasping``). Push: arcs lead to the goal, and the boats carry the vessel along them
-(``conveying``). When the grasp is lost, the boats approach again. All the while they estimate
-how the vessel moves, and where the water carries it (``observer``).
-
-Everything a boat does follows from the measurement that the team shares and from its own slot,
-so that each boat can compute its own part. Where the team pushes from the vessel's -n side, the
-world is mirrored first.
+All worlds are computed at once. Everything a boat does follows from the measurement that the team
+shares and from its own slot, so that each boat could compute its own part. Where the team pushes
+from the vessel's -n side, the world is mirrored first.
 """
 
 from __future__ import annotations
@@ -22,14 +17,16 @@ from asv_env.physics import autopilot
 from asv_env.tasks.formation import Relations, relate
 from asv_env.types import Action, Bool, Float, Observation, Sensed, put_rows, rows
 from baselines.mirror import seen_from
-from baselines.scripted.grasp import GraspGains, Grasping, GraspMemory
-from baselines.scripted.lqr import Tolerances
-from baselines.scripted.observer import Observer, VesselMemory
-from baselines.scripted.path_following import Conveying, PushGains, PushMemory
-from baselines.scripted.planner import RouteGains, Router
+from baselines.scripted.docking import GraspMemory
+from baselines.scripted.gains import GraspGains, PathGains, PushGains, Tolerances
+from baselines.scripted.grasp_controller import GraspController
+from baselines.scripted.observer import VesselMemory, VesselObserver
+from baselines.scripted.path_following import PathMemory
+from baselines.scripted.planner import PathPlanner
+from baselines.scripted.push_controller import PushController
 
-GRASP = 0.3
-"""Distance of a boat to its slot beyond which the grasp is lost, lengths of the vessel."""
+LOST = 0.3
+"""Distance of a boat to its slot beyond which the grasp is lost, vessel lengths."""
 
 
 @dataclass
@@ -37,27 +34,37 @@ class Memory:
     """What the team remembers from tick to tick.
 
     Attributes:
-        pushing: (W,) whether the push has begun.
-        vessel: what is known of the vessel.
-        grasp: of the approach.
-        push: of the push.
+        pushing: (W,) phase of each world: PUSH where true, APPROACH otherwise.
+        vessel: estimates of the vessel and its water.
+        grasp: state of the approach.
+        path: the vessel's path in the push.
     """
 
     pushing: Bool
     vessel: VesselMemory
     grasp: GraspMemory
-    push: PushMemory
+    path: PathMemory
+
+    @classmethod
+    def empty(cls, worlds: int, team: int) -> Memory:
+        """Memory of worlds that are all fresh."""
+        return cls(
+            pushing=np.zeros(worlds, dtype=np.bool_),
+            vessel=VesselMemory.empty(worlds),
+            grasp=GraspMemory.empty(worlds, team),
+            path=PathMemory.empty(worlds),
+        )
 
 
 class ScriptedPolicy:
     """The scripted baseline, batched and distributed; reads ``Sensed`` only.
 
     Args:
-        params: of the environment; ``action_mode`` must be "tracking".
+        params: parameters of the environment; ``action_mode`` must be "tracking".
         grasp: gains of the approach.
         push: gains of the push.
-        tolerances: of the vessel on its path.
-        router: plans the vessel's paths; None plans them by ``RouteGains``.
+        tolerances: tolerated deviations of the vessel from its path.
+        planner: plans the vessel's paths; None plans them with the default ``PathGains``.
 
     Raises:
         ValueError: the environment takes thruster actions.
@@ -69,19 +76,19 @@ class ScriptedPolicy:
         grasp: GraspGains = GraspGains(),  # noqa: B008 (frozen)
         push: PushGains = PushGains(),  # noqa: B008
         tolerances: Tolerances = Tolerances(),  # noqa: B008
-        router: Router | None = None,
+        planner: PathPlanner | None = None,
     ) -> None:
         if params.action_mode != "tracking":
             raise ValueError(
                 f"action_mode = {params.action_mode!r}: the scripted policy speaks "
                 "'tracking', forward speed and yaw rate; make the environment with it"
             )
-        self._pushes = params.task.name != "approach"
-        self._loose = GRASP * params.vessel.length
-        self._observer = Observer(params)
-        self._grasping = Grasping(params, grasp)
-        router = router or Router(params.hulls()[0], RouteGains())
-        self._conveying = Conveying(params, router, push, tolerances)
+        self._has_goal = params.task.name != "approach"
+        self._lost = LOST * params.vessel.length
+        self._observer = VesselObserver(params)
+        self._grasp = GraspController(params, grasp)
+        planner = planner or PathPlanner(params.hulls()[0], PathGains())
+        self._push = PushController(params, planner, push, tolerances)
 
     def act(
         self,
@@ -94,84 +101,61 @@ class ScriptedPolicy:
         side = np.where(sensed.side < 0, -1.0, 1.0)
         sensed = seen_from(sensed, side)
         if memory is None:
-            fresh, memory = np.ones_like(fresh), self._blank(*sensed.slot.shape)
+            fresh, memory = np.ones_like(fresh), Memory.empty(*sensed.slot.shape)
         memory = deepcopy(memory)
         self._observer.update(sensed, memory.vessel, memory.pushing)
-        self._observer.begin(sensed, memory.vessel, fresh)
+        self._observer.restart(sensed, memory.vessel, fresh)
         motion = sensed.estimate.copy()
         motion[:, 0] = memory.vessel.motion
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
-        pushing = self._grasped(relations, sensed, memory.pushing & ~fresh) & self._pushes
-        approaches = ~pushing & (fresh | memory.pushing)
-        pushes = pushing & (fresh | ~memory.pushing | memory.push.missed)
-        memory.pushing = pushing
-        wanted = np.zeros((*sensed.slot.shape, 2))
-        self._approach(relations, sensed, memory, approaches, wanted)
-        self._push(relations, sensed, memory, pushes, wanted)
-        wanted[..., 1] *= side[:, None]
-        action = np.clip(wanted / autopilot.SCALE, -1.0, 1.0)
+        before = memory.pushing
+        memory.pushing = self._next_phase(relations, sensed, before & ~fresh)
+        changed = fresh | (memory.pushing != before)
+        command = np.zeros((*sensed.slot.shape, 2))
+        self._approach(relations, sensed, memory, changed, command)
+        self._carry(relations, sensed, memory, changed | memory.path.replan, command)
+        command[..., 1] *= side[:, None]
+        action = np.clip(command / autopilot.SCALE, -1.0, 1.0)
         return action.astype(np.float32), memory
 
-    def _blank(self, worlds: int, team: int) -> Memory:
-        return Memory(
-            pushing=np.zeros(worlds, dtype=np.bool_),
-            vessel=self._observer.fresh(worlds),
-            grasp=self._grasping.fresh(worlds, team),
-            push=self._conveying.fresh(worlds),
-        )
+    def _next_phase(self, relations: Relations, sensed: Sensed, pushing: Bool) -> Bool:
+        """Worlds (W,) in the phase PUSH: from closure on, until a boat is far from its slot."""
+        near = (relations.slot_error < self._lost) | ~sensed.working
+        return (sensed.closed | (pushing & near.all(axis=1))) & self._has_goal
 
     def _approach(
         self,
         relations: Relations,
         sensed: Sensed,
         memory: Memory,
-        starts: Bool,
-        wanted: Float,
+        restart: Bool,
+        command: Float,
     ) -> None:
-        """Speeds and yaw rates (W, A, 2) in the worlds that are in this phase."""
+        """Fills in the command (W, A, 2) of the worlds that are in the phase APPROACH."""
         here = np.flatnonzero(~memory.pushing)
-        if not len(here):
-            return
-        relations, sensed, grasp = (
-            rows(relations, here),
-            rows(sensed, here),
-            rows(memory.grasp, here),
-        )
-        self._grasping.begin(relations, sensed.slot, sensed, grasp, starts[here])
-        wanted[here] = self._grasping.steer(relations, sensed.slot, sensed, grasp)
-        put_rows(memory.grasp, here, grasp)
+        if len(here):
+            grasp = rows(memory.grasp, here)
+            command[here] = self._grasp.act(
+                rows(relations, here), rows(sensed, here), grasp, restart[here]
+            )
+            put_rows(memory.grasp, here, grasp)
 
-    def _push(
+    def _carry(
         self,
         relations: Relations,
         sensed: Sensed,
         memory: Memory,
-        starts: Bool,
-        wanted: Float,
+        replan: Bool,
+        command: Float,
     ) -> None:
-        """The same in this phase; what the boats exert is told to the observer."""
-        force, moment = (
-            np.zeros(len(starts), dtype=np.complex128),
-            np.zeros(len(starts)),
-        )
+        """Fills in the command of the worlds in the phase PUSH, and predicts what comes of it."""
         here = np.flatnonzero(memory.pushing)
+        force, moment = np.zeros(len(replan), dtype=np.complex128), np.zeros(len(replan))
         if len(here):
-            relations, drift, path = (
-                rows(relations, here),
-                memory.vessel.drift[here],
-                rows(memory.push, here),
+            path, drift = rows(memory.path, here), memory.vessel.drift[here]
+            command[here], force[here], moment[here] = self._push.act(
+                rows(relations, here), rows(sensed, here), drift, path, replan[here]
             )
-            self._conveying.begin(relations, drift, path, starts[here])
-            wanted[here], wrench = self._conveying.steer(
-                relations, sensed.slot[here], sensed.working[here], drift, path
-            )
-            put_rows(memory.push, here, path)
-            force[here] = wrench.along - 1j * wrench.ahead.sum(axis=1)
-            moment[here] = wrench.moment
-        self._observer.expect(memory.vessel, force, moment)
-
-    def _grasped(self, relations: Relations, sensed: Sensed, pushing: Bool) -> Bool:
-        """(W,) whether the team can push: from closure on, until a boat is far from its slot."""
-        at_hand = (relations.slot_error < self._loose) | ~sensed.working
-        return sensed.closed | (pushing & at_hand.all(axis=1))
+            put_rows(memory.path, here, path)
+        self._observer.predict(memory.vessel, force, moment)

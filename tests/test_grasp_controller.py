@@ -7,8 +7,9 @@ import pytest
 
 from asv_env import Simulation, make_params
 from asv_env.tasks.formation import relate, slots
-from baselines.scripted.grasp import GraspGains, Grasping
-from baselines.scripted.scripted_policy import ScriptedPolicy
+from baselines.scripted import GraspGains, ScriptedPolicy
+from baselines.scripted.docking import GraspMemory
+from baselines.scripted.grasp_controller import GraspController
 
 GAINS = GraspGains()
 
@@ -78,28 +79,27 @@ def test_team_grasps_anew_when_a_boat_fails_far_from_the_vessel():
 
 @pytest.fixture
 def team():
-    """A team at rest in its slots, and its grasping."""
+    """A team at rest in its slots, and its controller."""
     params = make_params("push", 6, goal=(0.0, -1.0, 0.0))
     simulation = Simulation(params, 1)
     simulation.reset(seeds=[0])
-    return simulation, Grasping(params, GAINS)
+    return simulation, GraspController(params, GAINS)
 
 
 def steered(team, motion, slot, memory=None):
-    """One decision (A, 2) of the grasping, from its beginning unless there is a memory."""
-    simulation, grasping = team
+    """One decision (A, 2) of the controller, from its beginning unless there is a memory."""
+    simulation, controller = team
     sensed = replace(simulation.sensed, estimate=motion, slot=slot)
     relations = relate(motion, sensed.goal, slot, sensed.side)
     begins = np.array([memory is None])
-    memory = memory or grasping.fresh(*slot.shape)
-    grasping.begin(relations, slot, sensed, memory, begins)
-    return grasping.steer(relations, slot, sensed, memory)[0], memory
+    memory = memory or GraspMemory.empty(*slot.shape)
+    return controller.act(relations, sensed, memory, begins)[0], memory
 
 
 def test_boats_in_their_slots_stay(team):
     state = team[0].state
     action, memory = steered(team, state.motion, state.slot)
-    assert memory.descends.all()
+    assert memory.descending.all()
     assert np.abs(action[:, 0]).max() < 0.02
     assert np.abs(action[:, 1]).max() < 0.1
 
@@ -118,11 +118,11 @@ def test_boats_in_each_others_slots_go_astern(team):
 def test_new_slots_begin_a_new_approach(team):
     state = team[0].state
     _, memory = steered(team, state.motion, state.slot)
-    assert memory.descends.all()
+    assert memory.descending.all()
     moved = state.slot + 0.2
     steered(team, state.motion, moved, memory)
     np.testing.assert_array_equal(memory.slot, moved)
-    assert not memory.descends.any()
+    assert not memory.descending.any()
 
 
 def test_speeds_are_relative_to_the_vessel(team):
@@ -151,7 +151,7 @@ def test_the_water_past_the_hull_is_noticed(team):
 
 
 def test_boats_stand_aside_of_a_failed_one_in_the_row(team):
-    simulation, grasping = team
+    simulation, controller = team
     state = simulation.state
     order = np.argsort(state.slot[0].real)
     works = np.ones((1, 6), dtype=bool)
@@ -159,10 +159,10 @@ def test_boats_stand_aside_of_a_failed_one_in_the_row(team):
     sensed = replace(simulation.sensed, working=works)
     relations = relate(state.motion, sensed.goal, state.slot, sensed.side)
     points = slots(simulation.params, 5)
-    berth = np.where(works, 0, relations.boat)
-    berth[works] = points[np.argsort(np.argsort(state.slot[works].real))]
-    aside = grasping._dodge(relations, berth, sensed)[0, order].real
-    gaps = berth[0, order].real - relations.boat[0, order[2]].real
+    target = np.where(works, 0, relations.boat)
+    target[works] = points[np.argsort(np.argsort(state.slot[works].real))]
+    aside = controller.sidestep(relations, target, sensed)[0, order].real
+    gaps = target[0, order].real - relations.boat[0, order[2]].real
     crowded = (np.abs(gaps) < simulation.params.boat.width) & works[0, order]
     assert crowded.any()
     assert (np.sign(aside) == np.where(crowded, np.sign(gaps), 0)).all()

@@ -13,10 +13,9 @@ from asv_env.geometry import direction, wrap
 from asv_env.tasks.formation import relate, slots
 from asv_env.types import copied, rows
 from baselines.paper.arcs import advance
-from baselines.scripted.lqr import Tolerances
-from baselines.scripted.path_following import ASTRAY, MISSED, Conveying, PushGains
-from baselines.scripted.planner import RouteGains, Router
-from baselines.scripted.scripted_policy import ScriptedPolicy
+from baselines.scripted import PathGains, PathPlanner, PushGains, ScriptedPolicy, Tolerances
+from baselines.scripted.path_following import OFF_PATH, PAST_GOAL, PathFollower, PathMemory
+from baselines.scripted.push_controller import PushController
 
 TEAMS = st.sampled_from([2, 3, 4, 5, 8, 20])
 AHEAD = (0.1, -1.2, 0.2)
@@ -24,10 +23,17 @@ AHEAD = (0.1, -1.2, 0.2)
 
 
 @functools.cache
-def conveying_of(params):
-    """The push phase with its router."""
-    router = Router(params.hulls()[0], RouteGains())
-    return Conveying(params, router, PushGains(), Tolerances()), router
+def planner_of(params):
+    return PathPlanner(params.hulls()[0], PathGains())
+
+
+@functools.cache
+def controller_of(params):
+    return PushController(params, planner_of(params), PushGains(), Tolerances())
+
+
+def follower_of(params):
+    return PathFollower(params.hulls()[0], planner_of(params), PushGains(), Tolerances())
 
 
 def places_of(params):
@@ -39,13 +45,13 @@ def places_of(params):
 def full_drag(params):
     """Drag of the vessel at the speed of the push, N."""
     linear, quadratic = params.hulls()[0].sway
-    return (linear + quadratic * RouteGains().speed) * RouteGains().speed
+    return (linear + quadratic * PathGains().speed) * PathGains().speed
 
 
 def shared(params, ahead, moment):
     """Forces (A,) of boats in their slots, and the moment that is said to come about."""
     slot, caging = places_of(params)
-    each, comes = conveying_of(params)[0]._shared(
+    each, comes = controller_of(params).allocate(
         np.array([ahead]), np.array([moment]), slot.real, ~caging
     )
     return each[0], comes[0], slot[0].real, caging[0]
@@ -148,7 +154,7 @@ def test_boats_are_spread_but_stay_on_the_hull_and_apart(preset):
     for team in range(2, 41):
         params = make_params("push", team, preset=preset)
         slot, caging = places_of(params)
-        places = conveying_of(params)[0]._places(slot, ~caging)[0]
+        places = controller_of(params).places(slot, ~caging)[0]
         at_side = places[~caging[0]]
         room = params.vessel.length / 2 - params.boat.width
         assert np.abs(at_side.real).max() <= room * (1 + 1e-12)
@@ -165,9 +171,9 @@ def test_boats_are_spread_but_stay_on_the_hull_and_apart(preset):
 def test_vessel_knows_where_it_is_on_its_path(share, aside, turned):
     """Beside the path abreast of a point of it, and turned off its heading there."""
     params = make_params("push", goal=(0.8, -1.0, 0.7))
-    sensed, (conveying, _) = begun(params, [0]), conveying_of(params)
-    memory, still = conveying.fresh(1), np.zeros(1, complex)
-    conveying.begin(
+    sensed, follower = begun(params, [0]), follower_of(params)
+    memory, still = PathMemory.empty(1), np.zeros(1, complex)
+    follower.plan(
         relate(sensed.measured, sensed.goal, sensed.slot, sensed.side),
         still, memory, np.ones(1, dtype=bool),
     )  # fmt: skip
@@ -181,14 +187,14 @@ def test_vessel_knows_where_it_is_on_its_path(share, aside, turned):
     relations = relate(placed.measured, placed.goal, placed.slot, placed.side)
     speed = np.array([0.05])
     for _ in range(60):
-        seen = conveying._follow(relations, still, speed, memory)
+        seen = follower.track(relations, still, speed, memory)
     offset, off, left, curvature = seen
     total = memory.length.sum()
     assert offset[0] == pytest.approx(aside, abs=1e-6)
     assert off[0] == pytest.approx(turned, abs=1e-6)
     assert left[0] == pytest.approx((1 - share) * total, abs=1e-6)
     ends = np.cumsum(memory.length[0])
-    ahead = share * total + speed * conveying._caged.ahead
+    ahead = share * total + speed * follower.preview_times
     sharp = np.abs(ahead[:, None] - ends).min(axis=1) < 1e-4
     segment = (ahead[:, None] >= ends).sum(axis=1)
     expected = np.append(memory.curvature[0], 0.0)[segment]
@@ -198,19 +204,19 @@ def test_vessel_knows_where_it_is_on_its_path(share, aside, turned):
 def test_path_and_water_meet_at_the_goal():
     """The water carries what follows the path to the goal when its time is over."""
     params, seeds = make_params("push"), range(50)
-    sensed, (conveying, router) = begun(params, seeds), conveying_of(params)
+    sensed, follower = begun(params, seeds), follower_of(params)
     rng = np.random.default_rng(0)
     sensed = moved(sensed, rng.uniform(-1, 1, (len(seeds), 3)) * [0.5, 0.5, np.pi])
     drift = 0.01 * np.exp(1j * rng.uniform(-np.pi, np.pi, len(seeds)))
-    memory = conveying.fresh(len(seeds))
+    memory = PathMemory.empty(len(seeds))
     relations = relate(sensed.measured, sensed.goal, sensed.slot, sensed.side)
-    conveying.begin(relations, drift, memory, np.ones(len(seeds), dtype=bool))
+    follower.plan(relations, drift, memory, np.ones(len(seeds), dtype=bool))
     pose = memory.start
     for bend, length in zip(memory.curvature.T, memory.length.T, strict=True):
         pose = advance(pose, bend, length)
     np.testing.assert_allclose(pose[:, :2], sensed.goal[:, :2], atol=1e-9)
     np.testing.assert_allclose(wrap(pose[:, 2] - sensed.goal[:, 2]), 0.0, atol=1e-9)
-    carried = drift * router.time(memory.length.sum(axis=1))
+    carried = drift * planner_of(params).time(memory.length.sum(axis=1))
     begins = memory.start[:, 0] + 1j * memory.start[:, 1] - carried
     vessel = sensed.measured[:, 0, 0] + 1j * sensed.measured[:, 0, 1]
     assert np.median(np.abs(begins - vessel)) < 0.02 * params.vessel.length
@@ -218,26 +224,26 @@ def test_path_and_water_meet_at_the_goal():
 
 @pytest.mark.parametrize(
     ("along", "across", "missed"),
-    [(0.5 * MISSED, 0.0, False), (2 * MISSED, 0.0, True), (-1.0, 0.9 * ASTRAY, False),
-     (-1.0, 1.1 * ASTRAY, True), (-1.0, -1.1 * ASTRAY, True)],
+    [(0.5 * PAST_GOAL, 0.0, False), (2 * PAST_GOAL, 0.0, True), (-1.0, 0.9 * OFF_PATH, False),
+     (-1.0, 1.1 * OFF_PATH, True), (-1.0, -1.1 * OFF_PATH, True)],
 )  # fmt: skip
 def test_a_vessel_that_misses_its_goal_gets_a_new_path(along, across, missed):
     """Straight ahead of the goal by so many lengths, and beside its path."""
     params = make_params("push", goal=(0.0, -1.0, 0.0))
     sensed, policy = begun(params, [0]), ScriptedPolicy(params)
     _, memory = decide(policy, sensed)
-    path, length = memory.push, params.vessel.length
+    path, length = memory.path, params.vessel.length
     assert path.length.sum() == pytest.approx(1.0, abs=1e-9)
     there = moved(sensed, np.array([[across * length, -1.0 - along * length, 0.0]]))
     for _ in range(2):
         _, memory = decide(policy, there, memory)
     if not missed:
-        np.testing.assert_array_equal(memory.push.start, path.start)
-        np.testing.assert_array_equal(memory.push.length, path.length)
+        np.testing.assert_array_equal(memory.path.start, path.start)
+        np.testing.assert_array_equal(memory.path.length, path.length)
         return
-    np.testing.assert_allclose(memory.push.start[0], there.measured[0, 0, :3], atol=1e-5)
-    pose = memory.push.start[0]
-    for bend, way in zip(memory.push.curvature[0], memory.push.length[0], strict=True):
+    np.testing.assert_allclose(memory.path.start[0], there.measured[0, 0, :3], atol=1e-5)
+    pose = memory.path.start[0]
+    for bend, way in zip(memory.path.curvature[0], memory.path.length[0], strict=True):
         pose = advance(pose, bend, way)
     np.testing.assert_allclose(pose[:2], params.task.goal[:2], atol=1e-9)
 
@@ -334,7 +340,7 @@ def test_boats_exert_the_force_that_they_mean_to(num_boats):
     drag = (vessel.sway[0] + vessel.sway[1] * speed) * speed
     lacks = vessel.total_mass * memory.vessel.acceleration[0, 1]
     assert abs(lacks) < 0.15 * drag
-    assert speed == pytest.approx(RouteGains().speed, rel=0.05)
+    assert speed == pytest.approx(PathGains().speed, rel=0.05)
     assert np.abs(sim.state.motion[0, 0, [0, 2]]).max() < 0.01
 
 

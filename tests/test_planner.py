@@ -9,21 +9,21 @@ from scipy.integrate import quad, solve_ivp
 from asv_env import make_params
 from asv_env.geometry import direction, wrap
 from baselines.paper import dubins
-from baselines.scripted.planner import SEGMENTS, RouteGains, Router
-from baselines.scripted.scripted_policy import ScriptedPolicy
+from baselines.scripted import PathGains, ScriptedPolicy
+from baselines.scripted.planner import SEGMENTS, PathPlanner
 
 coordinates = st.floats(-3.0, 3.0)
 angles = st.floats(-np.pi, np.pi)
 gains = st.builds(
-    RouteGains,
-    radius=st.floats(1.0, 5.0),
-    tightest=st.floats(0.3, 1.0),
-    tight=st.floats(0.0, 2.0),
-    runout=st.floats(0.0, 1.5),
-    short=st.floats(0.0, 2.0),
+    PathGains,
+    widest_radius=st.floats(1.0, 5.0),
+    tightest_radius=st.floats(0.3, 1.0),
+    radius_cost=st.floats(0.0, 2.0),
+    final_straight=st.floats(0.0, 1.5),
+    straight_cost=st.floats(0.0, 2.0),
     speed=st.floats(0.03, 0.15),
     braking=st.floats(0.1, 1.0),
-    passing=st.floats(0.002, 0.01),
+    goal_speed=st.floats(0.002, 0.01),
 )
 VESSELS = {
     "nominal": make_params().hulls()[0],
@@ -46,33 +46,33 @@ def some_goals(count=300, scale=1.0):
 
 @given(vessels, gains, coordinates, coordinates, angles)
 def test_paths_are_as_asked_and_end_on_the_goal(vessel, gains, x, y, turn):
-    path = Router(vessel, gains).plan(np.array([x + 1j * y]), np.array([turn]))
+    path = PathPlanner(vessel, gains).plan(np.array([x + 1j * y]), np.array([turn]))
     assert path.length.shape == path.curvature.shape == (1, SEGMENTS)
     np.testing.assert_array_equal(path.start, np.zeros((1, 3)))
     end = path.end[0]
     assert np.hypot(end[0] - x, end[1] - y) < 1e-9
     assert abs(wrap(end[2] - turn)) < 1e-9
     assert path.curvature[0, -1] == 0
-    assert path.length[0, -1] <= gains.runout * vessel.length * (1 + 1e-12)
+    assert path.length[0, -1] <= gains.final_straight * vessel.length * (1 + 1e-12)
     radius = 1 / np.abs(path.curvature[path.curvature != 0]) / (vessel.length / 2)
-    assert (radius <= gains.radius * (1 + 1e-12)).all()
-    assert (radius >= gains.radius * gains.tightest * (1 - 1e-12)).all()
+    assert (radius <= gains.widest_radius * (1 + 1e-12)).all()
+    assert (radius >= gains.widest_radius * gains.tightest_radius * (1 - 1e-12)).all()
 
 
 def test_a_vessel_on_its_goal_need_not_move():
-    path = Router(VESSELS["nominal"], RouteGains()).plan(np.zeros(2, complex), np.zeros(2))
+    path = PathPlanner(VESSELS["nominal"], PathGains()).plan(np.zeros(2, complex), np.zeros(2))
     np.testing.assert_array_equal(path.total_length, 0.0)
 
 
 def test_no_goals_give_no_paths():
-    path = Router(VESSELS["nominal"], RouteGains()).plan(np.empty(0, complex), np.empty(0))
+    path = PathPlanner(VESSELS["nominal"], PathGains()).plan(np.empty(0, complex), np.empty(0))
     assert path.length.shape == (0, SEGMENTS)
 
 
 @every_vessel
 def test_paths_to_mirrored_goals_are_mirrored(vessel):
-    router, (goal, turn) = Router(vessel, RouteGains()), some_goals()
-    path, image = router.plan(goal, turn), router.plan(-goal.conj(), -turn)
+    planner, (goal, turn) = PathPlanner(vessel, PathGains()), some_goals()
+    path, image = planner.plan(goal, turn), planner.plan(-goal.conj(), -turn)
     np.testing.assert_allclose(image.curvature, -path.curvature, atol=1e-12)
     np.testing.assert_allclose(image.length, path.length, atol=1e-12)
 
@@ -80,8 +80,8 @@ def test_paths_to_mirrored_goals_are_mirrored(vessel):
 @pytest.mark.parametrize("factor", [0.5, 3.0])
 def test_paths_scale_with_the_vessel(factor):
     vessel = VESSELS["nominal"]
-    path = Router(vessel, RouteGains()).plan(*some_goals())
-    larger = Router(vessel.stretched(factor * vessel.length), RouteGains())
+    path = PathPlanner(vessel, PathGains()).plan(*some_goals())
+    larger = PathPlanner(vessel.stretched(factor * vessel.length), PathGains())
     scaled = larger.plan(*some_goals(scale=factor))
     np.testing.assert_allclose(scaled.length, factor * path.length, atol=1e-9)
     np.testing.assert_allclose(scaled.curvature, path.curvature / factor, atol=1e-9)
@@ -89,21 +89,21 @@ def test_paths_scale_with_the_vessel(factor):
 
 @every_vessel
 def test_path_is_the_shortest_where_comfort_counts_for_nothing(vessel):
-    gains, (goal, turn) = RouteGains(tight=0.0, short=0.0), some_goals()
-    path = Router(vessel, gains).plan(goal, turn)
+    gains, (goal, turn) = PathGains(radius_cost=0.0, straight_cost=0.0), some_goals()
+    path = PathPlanner(vessel, gains).plan(goal, turn)
     poses = np.stack([goal.real, goal.imag, turn], axis=-1)
-    tightest = gains.radius * gains.tightest * vessel.length / 2
+    tightest = gains.widest_radius * gains.tightest_radius * vessel.length / 2
     np.testing.assert_allclose(path.total_length, dubins.length(poses, tightest), rtol=1e-9)
 
 
 @every_vessel
 def test_path_is_the_most_comfortable_where_the_way_counts_for_nothing(vessel):
-    gains, (goal, turn) = RouteGains(tight=1e3, short=1e3), some_goals()
-    path = Router(vessel, gains).plan(goal, turn)
-    straight = gains.runout * vessel.length
+    gains, (goal, turn) = PathGains(radius_cost=1e3, straight_cost=1e3), some_goals()
+    path = PathPlanner(vessel, gains).plan(goal, turn)
+    straight = gains.final_straight * vessel.length
     before = goal + 1j * straight * direction(turn)
     poses = np.stack([before.real, before.imag, turn], axis=-1)
-    widest = dubins.length(poses, gains.radius * vessel.length / 2)
+    widest = dubins.length(poses, gains.widest_radius * vessel.length / 2)
     np.testing.assert_allclose(path.total_length, widest + straight, rtol=1e-9)
 
 
@@ -112,7 +112,7 @@ def test_a_costlier_bend_never_tightens_a_path(vessel):
     goal, turn = some_goals()
     tightest = []
     for tight in (0.0, 0.5, 1.0, 2.0):
-        path = Router(vessel, RouteGains(tight=tight, short=0.0)).plan(goal, turn)
+        path = PathPlanner(vessel, PathGains(radius_cost=tight, straight_cost=0.0)).plan(goal, turn)
         tightest.append(np.abs(path.curvature).max(axis=-1))
     assert (np.diff(tightest, axis=0) <= 1e-12).all()
     assert (tightest[-1] < tightest[0] - 0.1).any()
@@ -123,21 +123,21 @@ def test_a_costlier_bend_never_tightens_a_path(vessel):
 
 @given(vessels, gains)
 def test_vessel_passes_its_goal_as_slowly_as_asked(vessel, gains):
-    router = Router(vessel, gains)
-    assert router.speed(np.array(0.0)) == pytest.approx(gains.passing, rel=1e-9)
-    assert router.speed(np.array(50.0)) == gains.speed
-    assert router.speed(np.array(-10.0)) == 0.0
+    planner = PathPlanner(vessel, gains)
+    assert planner.speed(np.array(0.0)) == pytest.approx(gains.goal_speed, rel=1e-9)
+    assert planner.speed(np.array(50.0)) == gains.speed
+    assert planner.speed(np.array(-10.0)) == 0.0
 
 
 @every_vessel
 def test_coasting_vessel_comes_to_rest_after_the_way_that_is_left(vessel):
     """A vessel that is never driven nor held back, from the speed of the timetable on."""
-    router = Router(vessel, RouteGains(speed=10.0, braking=1.0, passing=1e-9))
+    planner = PathPlanner(vessel, PathGains(speed=10.0, braking=1.0, goal_speed=1e-9))
     linear, quadratic = vessel.sway
     for way in (0.02, 0.2, 0.5):
         solution = solve_ivp(
             lambda s, v: -(linear + quadratic * v) / vessel.total_mass,
-            (0.0, way), [router.speed(np.array(way))], rtol=1e-10, atol=1e-12,
+            (0.0, way), [planner.speed(np.array(way))], rtol=1e-10, atol=1e-12,
         )  # fmt: skip
         assert abs(solution.y[0, -1]) < 1e-7
 
@@ -145,10 +145,10 @@ def test_coasting_vessel_comes_to_rest_after_the_way_that_is_left(vessel):
 @given(vessels, gains)
 def test_timetable_asks_for_no_braking(vessel, gains):
     """The water alone slows the vessel down by more."""
-    router, step = Router(vessel, gains), 1e-6
+    planner, step = PathPlanner(vessel, gains), 1e-6
     left = np.linspace(0.0, 3.0, 200)
-    speed = router.speed(left)
-    slows = speed * (router.speed(left + step) - speed) / step
+    speed = planner.speed(left)
+    slows = speed * (planner.speed(left + step) - speed) / step
     linear, quadratic = vessel.sway
     drag = (linear + quadratic * speed) * speed / vessel.total_mass
     assert (slows >= 0).all()
@@ -158,16 +158,16 @@ def test_timetable_asks_for_no_braking(vessel, gains):
 @every_vessel
 @pytest.mark.parametrize("left", [0.1, 0.4, 1.5, 6.0])
 def test_time_is_that_of_the_way_at_its_speeds(vessel, left):
-    router = Router(vessel, RouteGains())
+    planner = PathPlanner(vessel, PathGains())
     kinks = np.linspace(0.0, min(left, 0.5), 20)[1:-1]
-    expected = quad(lambda s: 1 / router.speed(np.array(s)), 0, left, points=kinks, limit=500)[0]
-    assert router.time(np.array(left)) == pytest.approx(expected, rel=5e-3)
+    expected = quad(lambda s: 1 / planner.speed(np.array(s)), 0, left, points=kinks, limit=500)[0]
+    assert planner.time(np.array(left)) == pytest.approx(expected, rel=5e-3)
 
 
 @every_vessel
 def test_time_grows_with_the_way(vessel):
-    router = Router(vessel, RouteGains())
-    time = router.time(np.linspace(0.0, 20.0, 1000))
+    planner = PathPlanner(vessel, PathGains())
+    time = planner.time(np.linspace(0.0, 20.0, 1000))
     assert time[0] == 0
     assert (np.diff(time) > 0).all()
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baselines.paper import spiral
-from baselines.scripted.approach_path import Way
+from baselines.scripted.approach_path import ApproachPath
 
 LENGTH, WIDTH = 0.40, 0.15
 BOAT_LENGTH, BOAT_WIDTH = 0.12, 0.065
@@ -15,7 +15,7 @@ STOP_RADIUS = 0.02
 END = LENGTH / 2 + BOAT_WIDTH / 2 + 0.005
 SIDE = WIDTH / 2 + BOAT_LENGTH / 2
 SLOTS = np.array([-END, -LENGTH / 6 + 1j * SIDE, LENGTH / 6 + 1j * SIDE, END])
-WAY = Way(LENGTH, WIDTH, CLEARANCE, END, SIGMA)
+PATH = ApproachPath(LENGTH, WIDTH, CLEARANCE, END, SIGMA)
 CIRCLE = 0.4  # encloses the one that clears the hull
 
 
@@ -48,15 +48,15 @@ class Voyage:
 
 def sail(start, bow, slot, *, gain=4.0, dt=0.05, speed=0.03, goal_time=None):
     """Sail every boat to its slot, at one speed or at speeds that end at goal_time."""
-    boat, bow, sense = start.copy(), bow.copy(), WAY.sense(start, slot)
-    planned = WAY.course(boat, slot, sense)[1]
+    boat, bow, around = start.copy(), bow.copy(), PATH.turn_direction(start, slot)
+    planned = PATH.course(boat, slot, around)[1]
     arrival, travelled = np.full(len(start), np.inf), np.zeros(len(start))
     gap = np.full(len(start), np.inf)
     for time in dt * np.arange(int((goal_time or 20 / speed) * 1.5 / dt)):
         away = np.isinf(arrival)
         if not away.any():
             break
-        course, left = WAY.course(boat, slot, sense)
+        course, left = PATH.course(boat, slot, around)
         if goal_time:
             mean = planned / goal_time
             left_time = max(goal_time - time, 0.0)
@@ -93,7 +93,7 @@ def test_boats_arrive_bow_first_at_constant_speed():
 
 def test_path_length_is_exact_for_a_boat_that_follows_the_course():
     start, _, slot = random_starts(200, seed=3, room=0.0)
-    course, _ = WAY.course(start, slot, WAY.sense(start, slot))
+    course, _ = PATH.course(start, slot, PATH.turn_direction(start, slot))
     voyage = sail(start, course, slot, gain=12.0, dt=0.03, speed=0.05)
     left = voyage.planned - voyage.travelled
     outside = np.abs(start) > CIRCLE
@@ -103,28 +103,28 @@ def test_path_length_is_exact_for_a_boat_that_follows_the_course():
 
 @pytest.mark.parametrize("sigma", [0.5, 1.0, 3.0])
 def test_course_is_the_mirror_image_of_the_mirrored_boat(sigma):
-    way = Way(LENGTH, WIDTH, CLEARANCE, END, sigma)
+    path = ApproachPath(LENGTH, WIDTH, CLEARANCE, END, sigma)
     start, _, slot = random_starts(2000, seed=4)
-    sense = way.sense(start, slot)
-    np.testing.assert_array_equal(way.sense(-start.conj(), -slot.conj()), 1 - sense)
-    for chosen in (sense, np.ones_like(sense)):
-        course, left = way.course(start, slot, chosen)
-        image, image_left = way.course(-start.conj(), -slot.conj(), 1 - chosen)
+    around = path.turn_direction(start, slot)
+    np.testing.assert_array_equal(path.turn_direction(-start.conj(), -slot.conj()), 1 - around)
+    for chosen in (around, np.ones_like(around)):
+        course, left = path.course(start, slot, chosen)
+        image, image_left = path.course(-start.conj(), -slot.conj(), 1 - chosen)
         np.testing.assert_allclose(-course.conj(), image, atol=1e-9)
         np.testing.assert_allclose(left, image_left, rtol=1e-9)
 
 
 def test_the_kept_way_round_is_the_shorter_one():
     start, _, slot = random_starts(2000, seed=6)
-    kept = WAY.sense(start, slot)
-    one, other = (WAY.course(start, slot, sense)[1] for sense in (kept, 1 - kept))
+    kept = PATH.turn_direction(start, slot)
+    one, other = (PATH.course(start, slot, around)[1] for around in (kept, 1 - kept))
     assert (one <= other).all()
 
 
 def test_boat_beside_the_end_descends_straight():
     height = np.linspace(0.0, 0.3, 31)
     for x in (-END, END):
-        course, left = WAY.course(x + 1j * height, np.full(31, x + 0j), np.ones(31, dtype=int))
+        course, left = PATH.course(x + 1j * height, np.full(31, x + 0j), np.ones(31, dtype=int))
         np.testing.assert_allclose(course, -1j, atol=1e-12)
         np.testing.assert_allclose(left, height, atol=1e-12)
 
@@ -133,9 +133,9 @@ def test_course_jumps_only_where_the_spiral_begins():
     """Along the track of a boat that follows it through every stage."""
     for slot in SLOTS[2:]:
         boat, track = 0.5 - 0.6j, []
-        sense = WAY.sense(np.array(boat), slot)
+        around = PATH.turn_direction(np.array(boat), slot)
         while abs(boat - slot) > 0.002:
-            course, _ = WAY.course(np.array(boat), slot, sense)
+            course, _ = PATH.course(np.array(boat), slot, around)
             track.append(complex(course))
             boat = boat + 0.002 * complex(course)
         jumps = np.abs(np.angle(np.array(track[1:]) / track[:-1]))
@@ -145,18 +145,18 @@ def test_course_jumps_only_where_the_spiral_begins():
 
 def test_kept_sense_is_obeyed():
     boat, slot = np.array(0.05 - 0.8j), SLOTS[2]
-    assert WAY.sense(boat, slot) == 1
-    for sense, towards in ((0, -1), (1, 1)):
-        course, _ = WAY.course(boat, slot, np.array(sense))
+    assert PATH.turn_direction(boat, slot) == 1
+    for around, towards in ((0, -1), (1, 1)):
+        course, _ = PATH.course(boat, slot, np.array(around))
         assert np.sign(course.real) == towards
 
 
 def test_batch_axes_are_free():
     boat = random_starts(24, seed=5)[0].reshape(6, 4)
-    sense = WAY.sense(boat, SLOTS)
-    course, left = WAY.course(boat, SLOTS, sense)
-    assert course.shape == left.shape == sense.shape == (6, 4)
-    one, _ = WAY.course(boat[2, 3], SLOTS[3], sense[2, 3])
+    around = PATH.turn_direction(boat, SLOTS)
+    course, left = PATH.course(boat, SLOTS, around)
+    assert course.shape == left.shape == around.shape == (6, 4)
+    one, _ = PATH.course(boat[2, 3], SLOTS[3], around[2, 3])
     assert one == course[2, 3]
 
 
@@ -165,9 +165,9 @@ def test_batch_axes_are_free():
 def test_refuses_bad_sizes(name, value):
     sizes = {"length": 0.4, "width": 0.15, "clearance": 0.1, "reach": 0.2, "sigma": 1.0}
     with pytest.raises(ValueError, match=name):
-        Way(**{**sizes, name: value})
+        ApproachPath(**{**sizes, name: value})
 
 
 def test_refuses_a_boat_nowhere():
     with pytest.raises(ValueError, match="finite"):
-        WAY.course(np.array(complex(np.nan, 0.0)), SLOTS[0], np.array(1))
+        PATH.course(np.array(complex(np.nan, 0.0)), SLOTS[0], np.array(1))

@@ -8,10 +8,10 @@ from scipy.linalg import expm
 
 from asv_env import make_params
 from asv_env.params import NOMINAL_LENGTH
-from baselines.scripted import lqr
-from baselines.scripted.lqr import LOOKS, SPEEDS, PreviewSteering, Tolerances
+from baselines.scripted import Tolerances, lqr
+from baselines.scripted.lqr import PREVIEW_POINTS, SPEEDS, PreviewLqr
 
-CAGED = Tolerances(offset=0.03, turn=0.07, force=4e-3, moment=3e-4)
+CAGED = Tolerances(cross_track=0.03, heading=0.07, force=4e-3, moment=3e-4)
 UNCAGED = replace(CAGED, force=0.0)
 TEAMS = [4, 12]
 """Their vessels are of nominal and of twice that length."""
@@ -71,15 +71,15 @@ def best_wrench(vessel, tolerances, speed, deviation, curvature, cells):
         tolerances: what the cost is made of.
         speed: m/s.
         deviation: (4,) now.
-        curvature: (LOOKS,) of the path ahead, straight behind that.
+        curvature: (PREVIEW_POINTS,) of the path ahead, straight behind that.
         cells: time steps for each look ahead.
     """
-    look = lqr.STEP * vessel.length / NOMINAL_LENGTH
-    ahead = np.repeat(np.concatenate([curvature, np.zeros(7 * LOOKS)]), cells)
+    look = lqr.PREVIEW_STEP * vessel.length / NOMINAL_LENGTH
+    ahead = np.repeat(np.concatenate([curvature, np.zeros(7 * PREVIEW_POINTS)]), cells)
     system = np.zeros((7, 7))
     system[:4] = jacobian(vessel, speed) * look / cells
     moves = expm(system)[:4]
-    weights = np.array([1 / tolerances.offset, 1 / tolerances.turn])
+    weights = np.array([1 / tolerances.cross_track, 1 / tolerances.heading])
     effort = efforts(vessel, tolerances)
     used = effort > 0
     steps, controls = len(ahead), used.sum()
@@ -99,7 +99,7 @@ def best_wrench(vessel, tolerances, speed, deviation, curvature, cells):
 
 def feedback(steered, speed):
     """Gains (2, 4) of the deviation at one speed."""
-    straight = np.zeros((4, LOOKS))
+    straight = np.zeros((4, PREVIEW_POINTS))
     return -steered.wrench(np.full(4, speed), np.eye(4), straight).T
 
 
@@ -110,7 +110,7 @@ def follow(vessel, steered, speed, bends, looks=True, seconds=60.0, dt=0.02):
     """
     entry, state, states, wrenches = 20.0, np.zeros(4), [], []
     for time in np.arange(0.0, seconds, dt):
-        seen = np.where(time + looks * steered.ahead >= entry, bends, 0.0)
+        seen = np.where(time + looks * steered.preview_times >= entry, bends, 0.0)
         wrenches.append(steered.wrench(np.array([speed]), state[None], seen[None])[0])
         states.append(state)
         state = state + dt * rates(vessel, speed, state, wrenches[-1], bends * (time >= entry))
@@ -123,10 +123,10 @@ def follow(vessel, steered, speed, bends, looks=True, seconds=60.0, dt=0.02):
 def test_wrench_is_the_first_of_the_cheapest_sequence(team, tolerances, speed):
     """At speeds of the table and between them, on paths of any bends."""
     rng, vessel = np.random.default_rng(team), vessel_of(team)
-    steered = PreviewSteering(vessel, tolerances)
+    steered = PreviewLqr(vessel, tolerances)
     for _ in range(2):
         deviation = rng.uniform(-1, 1, 4) * [0.05, 0.2, 0.01, 0.05]
-        curvature = np.repeat(rng.uniform(-2, 2, LOOKS // 4), 4) / vessel.length
+        curvature = np.repeat(rng.uniform(-2, 2, PREVIEW_POINTS // 4), 4) / vessel.length
         coarse, fine = (
             best_wrench(vessel, tolerances, speed, deviation, curvature, cells) for cells in (1, 2)
         )
@@ -138,8 +138,12 @@ def test_wrench_is_the_first_of_the_cheapest_sequence(team, tolerances, speed):
 
 def test_no_force_is_asked_where_none_can_be_exerted():
     rng = np.random.default_rng(0)
-    steered = PreviewSteering(vessel_of(2), UNCAGED)
-    arguments = rng.uniform(0, 0.1, 50), rng.normal(size=(50, 4)), rng.normal(size=(50, LOOKS))
+    steered = PreviewLqr(vessel_of(2), UNCAGED)
+    arguments = (
+        rng.uniform(0, 0.1, 50),
+        rng.normal(size=(50, 4)),
+        rng.normal(size=(50, PREVIEW_POINTS)),
+    )
     wrench = steered.wrench(*arguments)
     np.testing.assert_array_equal(wrench[:, 0], 0.0)
     assert (wrench[:, 1] != 0).all()
@@ -148,17 +152,17 @@ def test_no_force_is_asked_where_none_can_be_exerted():
 @pytest.mark.parametrize("tolerances", [CAGED, UNCAGED], ids=["caged", "uncaged"])
 def test_mirror_image(tolerances):
     rng = np.random.default_rng(0)
-    steered = PreviewSteering(vessel_of(4), tolerances)
+    steered = PreviewLqr(vessel_of(4), tolerances)
     speed = rng.uniform(0, 0.1, 20)
-    deviation, curvature = rng.normal(size=(20, 4)), rng.normal(size=(20, LOOKS))
+    deviation, curvature = rng.normal(size=(20, 4)), rng.normal(size=(20, PREVIEW_POINTS))
     wrench = steered.wrench(speed, deviation, curvature)
     np.testing.assert_array_equal(steered.wrench(speed, -deviation, -curvature), -wrench)
 
 
 def test_wrench_changes_steadily_with_the_speed():
     """No jump at a speed of the table, and the same beyond its ends."""
-    steered = PreviewSteering(vessel_of(4), CAGED)
-    deviation, curvature = np.array([0.03, 0.1, 0.01, 0.05]), np.full(LOOKS, 2.0)
+    steered = PreviewLqr(vessel_of(4), CAGED)
+    deviation, curvature = np.array([0.03, 0.1, 0.01, 0.05]), np.full(PREVIEW_POINTS, 2.0)
 
     def at(speeds):
         speeds = np.asarray(speeds)
@@ -176,7 +180,7 @@ def test_wrench_changes_steadily_with_the_speed():
 @pytest.mark.parametrize("tolerances", [CAGED, UNCAGED], ids=["caged", "uncaged"])
 def test_every_vessel_is_stable_at_every_speed(team, drag, tolerances):
     vessel = vessel_of(team, water={"drag": drag})
-    steered = PreviewSteering(vessel, tolerances)
+    steered = PreviewLqr(vessel, tolerances)
     exerts = np.array([tolerances.force > 0, 1.0])
     for speed in np.geomspace(SPEEDS[0], SPEEDS[-1], 25):
         moves = jacobian(vessel, speed)
@@ -190,7 +194,7 @@ def test_vessel_settles_near_a_circle(team, tolerances):
     """With the whole of its drag, on a circle of two and a half half-lengths."""
     vessel = vessel_of(team)
     bends = 1 / (2.5 * vessel.length / 2)
-    states, _ = follow(vessel, PreviewSteering(vessel, tolerances), 0.06, bends, seconds=100.0)
+    states, _ = follow(vessel, PreviewLqr(vessel, tolerances), 0.06, bends, seconds=100.0)
     assert np.abs(states[-1] - states[-500]).max() < 1e-5
     assert np.abs(states[:, 0]).max() < 0.2 * vessel.length
 
@@ -199,12 +203,12 @@ def test_vessel_settles_near_a_circle(team, tolerances):
 @pytest.mark.parametrize("tolerances", [CAGED, UNCAGED], ids=["caged", "uncaged"])
 def test_looking_ahead_pays_in_a_bend(team, tolerances):
     vessel = vessel_of(team)
-    steered, bends = PreviewSteering(vessel, tolerances), 1.5 / vessel.length
+    steered, bends = PreviewLqr(vessel, tolerances), 1.5 / vessel.length
     used = efforts(vessel, tolerances) > 0
 
     def cost(looks):
         states, wrenches = follow(vessel, steered, 0.06, bends, looks)
-        deviations = states[:, :2] / [tolerances.offset, tolerances.turn]
+        deviations = states[:, :2] / [tolerances.cross_track, tolerances.heading]
         exerted = wrenches[:, used] / efforts(vessel, tolerances)[used]
         costs = (deviations**2).sum(axis=1) + (exerted**2).sum(axis=1)
         return costs.mean()

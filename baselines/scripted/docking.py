@@ -1,0 +1,127 @@
+"""The descent of the team from the waypoints to the slots, like cars that park.
+
+The team GATHERs at the waypoints above the slots. It DESCENDs once all boats are aligned there,
+or some are late, and GATHERs again when too many have missed their slots. A boat near the line of
+its slot DOCKs: it goes down the line. One that gets too low outside the funnel above its slot goes
+ASTERN until it is inside again or high enough for another try.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from asv_env.tasks.formation import Relations
+from asv_env.types import Bool, Complex, Float, Int, Sensed
+from baselines.scripted.gains import GraspGains
+
+MAX_SLOPE = 1.0
+"""Largest tangent of the angle between a docking boat's path and the line of its slot."""
+ASTERN_ALIGNMENT = 0.5
+"""Cosine of the angle to its slot's direction within which a boat may go straight astern."""
+ALIGNED = 0.9
+"""Cosine of the angle to its slot's direction within which a boat at its waypoint is aligned."""
+BELOW = 0.05
+"""Depth below its slot to which a boat still docks, m."""
+FUNNEL_WIDTH = 0.9
+"""Half-width of the funnel at the slot, fraction of the slot's tolerance."""
+MISSING = 1 / 3
+"""Fraction of boats that may miss their slots before all go back to their waypoints."""
+
+
+@dataclass
+class GraspMemory:
+    """What the boats remember on the approach.
+
+    Attributes:
+        slot: (W, A) slots that the approach leads to, m.
+        turn_direction: (W, A) in which each boat goes round the vessel, 0 or 1.
+        due: (W,) tick at which all boats are to be at their waypoints.
+        descending: (W,) team state: DESCEND where true, GATHER otherwise.
+        astern: (W, A) boats that have missed their slots and go astern to try again.
+        drift: (W, A) velocity of the water past the hull at each boat, in the vessel's frame, m/s.
+    """
+
+    slot: Complex
+    turn_direction: Int
+    due: Float
+    descending: Bool
+    astern: Bool
+    drift: Complex
+
+    @classmethod
+    def empty(cls, worlds: int, team: int) -> GraspMemory:
+        """Memory without slots, so that an approach begins at the first tick."""
+        return cls(
+            slot=np.full((worlds, team), np.nan, dtype=np.complex128),
+            turn_direction=np.zeros((worlds, team), dtype=np.int64),
+            due=np.zeros(worlds),
+            descending=np.zeros(worlds, dtype=np.bool_),
+            astern=np.zeros((worlds, team), dtype=np.bool_),
+            drift=np.zeros((worlds, team), dtype=np.complex128),
+        )
+
+
+class Docking:
+    """State transitions and velocities of the descent.
+
+    Args:
+        params: parameters of the environment.
+        gains: gains of the approach.
+    """
+
+    def __init__(self, params: EnvParams, gains: GraspGains) -> None:
+        self._tolerance, self._hz = params.task.slot_distance, params.clock.control
+        self._gains = gains
+
+    def update_team(
+        self, relations: Relations, waypoint: Complex, sensed: Sensed, memory: GraspMemory
+    ) -> None:
+        """Updates the team state ``memory.descending``.
+
+        A team with a failed boat does not go back: the boat may lie in the way.
+        """
+        gains, working, offset = self._gains, sensed.working, relations.boat - waypoint
+        near = (np.abs(offset.real) < self._tolerance) & (offset.imag < gains.retry_height)
+        ready = near & (relations.alignment.real > ALIGNED) | ~working
+        missing = memory.descending[:, None] & memory.astern & (offset.imag < 0.0) & working
+        gather = working.all(axis=1) & (missing.mean(axis=1) > MISSING)
+        memory.due = np.where(gather, sensed.tick, memory.due)
+        late = sensed.tick > memory.due + gains.patience * self._hz
+        memory.descending = (memory.descending & ~gather) | ready.all(axis=1) | late
+
+    def update_boats(
+        self, relations: Relations, gap: Complex, slot: Complex, memory: GraspMemory
+    ) -> Bool:
+        """Boats that dock (W, A); updates ``memory.astern``.
+
+        Args:
+            relations: estimated relations.
+            gap: (W, A) from each boat to its target, m.
+            slot: (W, A) slots, m.
+            memory: of the approach.
+        """
+        gains, height, offset = self._gains, -gap.imag, relations.boat - slot
+        docks = np.abs(gap.real) < gains.docking_half_width
+        docks &= (height < gains.docking_height) & (offset.imag > -BELOW)
+        widening = gains.funnel_slope * np.maximum(height, 0.0)
+        outside = ~(np.abs(offset.real) < FUNNEL_WIDTH * self._tolerance + widening)
+        low = height < gains.retry_height
+        retries = (low & outside) | (memory.astern & (low | outside))
+        memory.astern = docks & retries & (relations.alignment.real > ASTERN_ALIGNMENT)
+        return docks
+
+    def velocity(self, gap: Complex, astern: Bool) -> Complex:
+        """Velocity (W, A) m/s of docking boats: along the line of the slot, and towards it."""
+        gains, limit = self._gains, self._gains.descent_speed
+        down = np.where(astern, -limit, np.clip(-gains.descent_gain * gap.imag, -limit, limit))
+        slope = gap.real / (gains.lookahead + gains.lookahead_time * np.abs(down))
+        slope = np.clip(slope, -MAX_SLOPE, MAX_SLOPE)
+        return (np.abs(down) * slope - 1j * down) / np.hypot(1.0, slope)
+
+    def heading(self, velocity: Complex, astern: Bool) -> Complex:
+        """Direction (W, A), of any length, to which docking boats turn: always to the hull."""
+        velocity = np.where(astern, -velocity, velocity)
+        return velocity.real + 1j * np.minimum(velocity.imag, -self._gains.pointing_speed)

@@ -1,0 +1,13 @@
+"""The drag of the water along one axis of a hull."""
+
+from typing import TypeVar
+
+from asv_env.types import Float
+
+Velocity = TypeVar("Velocity", float, Float)
+
+
+def drag(coefficients: tuple[float, float], velocity: Velocity) -> Velocity:
+    """Drag at velocities through the water (...), by the linear and the quadratic coefficient."""
+    linear, quadratic = coefficients
+    return (linear + quadratic * abs(velocity)) * velocity

@@ -1,0 +1,154 @@
+"""The approach phase: every boat goes to the waypoint above its slot, then the team descends.
+
+Each boat follows its ``ApproachPath`` at the speed that brings the team to the waypoints together
+(Eq 7). From there the boats dock (``docking``), and wait a little off the hull until the vessel is
+in conditional closure.
+
+Boats skid: the sideways velocity of a hull dies away only within about a second. So a boat steers
+for a velocity relative to the hull and not for a heading: it points where its velocity is to
+change, and against the water that drifts past the hull, which it notices because it is carried.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from asv_env.tasks import formation
+from asv_env.tasks.formation import Relations
+from asv_env.types import Bool, Complex, Float, Sensed
+from baselines.paper.spiral import approach_speed
+from baselines.scripted.approach_path import ApproachPath
+from baselines.scripted.collision_avoidance import avoidance_velocity, sidestep
+from baselines.scripted.docking import Docking, GraspMemory
+from baselines.scripted.gains import GraspGains
+
+MIN_SPEED = 0.02
+"""Least speed on the path to the waypoint, m/s."""
+MAX_SIDESTEP = 0.5
+"""Largest distance from its place at which a boat clears a failed one, fraction of the slot's
+tolerance."""
+
+
+class GraspController:
+    """Speed and yaw rate of boats that approach their slots and wait there.
+
+    Args:
+        params: parameters of the environment.
+        gains: gains of the approach.
+    """
+
+    def __init__(self, params: EnvParams, gains: GraspGains) -> None:
+        vessel, self._boat = params.hulls()
+        self._half_length = vessel.length / 2
+        self._max_sidestep = MAX_SIDESTEP * params.task.slot_distance
+        self._hz = params.clock.control
+        self._gains, self._docking = gains, Docking(params, gains)
+        slots = formation.slots(params, params.num_boats)
+        highest = float(slots.imag.max())
+        self._path = ApproachPath(
+            vessel.length,
+            vessel.width,
+            clearance=highest + gains.waypoint_height - vessel.width / 2,
+            reach=float(np.abs(slots.real).max()),
+            sigma=gains.sigma,
+        )
+        self._row = highest + self._boat.length
+        sway_damping = self._boat.sway[0] + self._boat.sway[1] * gains.descent_speed
+        self._sway_time = self._boat.total_mass / sway_damping
+
+    def act(
+        self, relations: Relations, sensed: Sensed, memory: GraspMemory, restart: Bool
+    ) -> Float:
+        """Speed m/s and yaw rate rad/s (W, A, 2).
+
+        Args:
+            relations: estimated relations.
+            sensed: measurement, for slots, failures and time.
+            memory: updated.
+            restart: (W,) worlds where an approach begins; one also begins where slots change.
+        """
+        gains, waypoint = self._gains, sensed.slot + 1j * self._gains.waypoint_height
+        self._restart(relations, waypoint, sensed, memory, restart)
+        bow, hull, velocity = self._velocities(relations, memory)
+        self._docking.update_team(relations, waypoint, sensed, memory)
+        target = np.where(memory.descending[:, None], self._holding_position(sensed.slot), waypoint)
+        if not sensed.working.all():
+            target = target + self.sidestep(relations, target, sensed)
+        gap = target - relations.boat
+        docks = self._docking.update_boats(relations, gap, sensed.slot, memory)
+
+        course, length = self._path.course(relations.boat, waypoint, memory.turn_direction)
+        wanted = self._cruising_speed(length, np.abs(gap), sensed, memory) * course
+        wanted += avoidance_velocity(relations.boat, gains.avoidance_range, gains.avoidance_speed)
+        wanted = np.where(docks, self._docking.velocity(gap, memory.astern), wanted)
+        speed = ((wanted + hull) * bow.conj()).real
+        speed = np.where(docks, speed, np.maximum(speed, 0.0))  # Others turn before they go.
+        aim = wanted - memory.drift + gains.velocity_gain * (wanted - velocity)
+        aim = np.where(docks, self._docking.heading(aim, memory.astern), aim)
+        turn = aim * bow.conj()
+        return np.stack([speed, gains.heading_gain * np.arctan2(turn.imag, turn.real)], axis=-1)
+
+    def sidestep(self, relations: Relations, target: Complex, sensed: Sensed) -> Complex:
+        """See ``collision_avoidance.sidestep``; obstacles are failed boats in the slots' row."""
+        obstacle = ~sensed.working & (relations.boat.imag < self._row)
+        return sidestep(target, relations.boat, obstacle, self._boat.width, self._max_sidestep)
+
+    def _restart(
+        self,
+        relations: Relations,
+        waypoint: Complex,
+        sensed: Sensed,
+        memory: GraspMemory,
+        which: Bool,
+    ) -> None:
+        """Starts the approach in some worlds, and where the slots have changed.
+
+        The boat with the longest path goes at cruising speed; the others slower.
+        """
+        which = which | (memory.slot != sensed.slot).any(axis=1)
+        if not which.any():
+            return
+        boat, waypoint = relations.boat[which], waypoint[which]
+        turn_direction = self._path.turn_direction(boat, waypoint)
+        _, length = self._path.course(boat, waypoint, turn_direction)
+        longest = (length * sensed.working[which]).max(axis=1)
+        memory.slot[which], memory.turn_direction[which] = sensed.slot[which], turn_direction
+        memory.due[which] = sensed.tick[which] + longest / self._gains.cruise_speed * self._hz
+        memory.descending[which] = False
+        memory.astern[which] = False
+        memory.drift[which] = 0.0
+
+    def _holding_position(self, slot: Complex) -> Complex:
+        """Positions (W, A) where boats wait for closure: slots, a little off the side or end."""
+        at_side = np.abs(slot.real) < self._half_length
+        return slot + self._gains.standoff * np.where(at_side, 1j, np.sign(slot.real))
+
+    def _velocities(
+        self, relations: Relations, memory: GraspMemory
+    ) -> tuple[Complex, Complex, Complex]:
+        """Bows of the boats, velocities of the hull at them, and theirs past it, (W, A) each.
+
+        All are in the vessel's frame. Updates ``memory.drift``, of which a boat notices the
+        component across its bow, less its own skid in a turn: speed times yaw rate times the time
+        constant of its sway.
+        """
+        to_vessel = relations.heading[:, :1].conj()
+        bow = relations.heading[:, 1:] * to_vessel
+        turn = relations.yaw_rate[:, :1]
+        hull = relations.velocity[:, :1] * to_vessel + 1j * turn * relations.boat
+        velocity = relations.velocity[:, 1:] * to_vessel - hull
+        skid = self._sway_time * (velocity * bow.conj()).real * (relations.yaw_rate[:, 1:] - turn)
+        innovation = ((velocity - memory.drift) * bow.conj()).imag + skid
+        gain = 1.0 / (1.0 + self._gains.drift_time * self._hz)
+        memory.drift = memory.drift + 1j * bow * gain * innovation
+        return bow, hull, velocity
+
+    def _cruising_speed(
+        self, length: Float, distance: Float, sensed: Sensed, memory: GraspMemory
+    ) -> Float:
+        """Speed (W, A) m/s that brings all boats to their waypoints when they are due (Eq 7)."""
+        gains = self._gains
+        left = (memory.due - sensed.tick)[:, None] / self._hz
+        speed = approach_speed(length, left, max_speed=gains.max_speed, min_speed=MIN_SPEED)
+        return np.minimum(speed, MIN_SPEED + gains.arrival_gain * distance)
