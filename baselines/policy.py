@@ -1,12 +1,14 @@
-"""What a policy is, and the two simplest."""
+"""What a policy is, the two simplest, and the registry of policies by name."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
 from asv_env.params import EnvParams
+from asv_env.registry import Registry
 from asv_env.types import Action, Bool, Observation, Sensed
 
 
@@ -14,24 +16,28 @@ class Policy(Protocol):
     """Decides for all boats of all worlds; never touches the environment.
 
     A scripted policy reads ``sensed``, a learned one ``observation``, which is computed from
-    it. What a policy wants to remember it returns, and gets back at the next tick.
+    it. A policy returns what it remembers, and receives it at the next tick.
     """
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
     ) -> tuple[Action, Any]:
-        """One decision.
+        """Returns one decision for all boats.
 
         Args:
             sensed: what the boats measure.
             observation: (W, A, K) float32.
             memory: what the last call returned; None at the first.
-            fresh: (W,) worlds that have begun a new episode since, whose memory is void.
+            fresh: (W,) worlds in which a new episode has begun since, so that memory is void.
 
         Returns:
             Action (W, A, 2) in [-1, 1], and the memory for the next call.
         """
         ...
+
+
+MakePolicy = Callable[[EnvParams], Policy]
+"""Policy factory: makes a policy for an environment; most are classes."""
 
 
 class Idle:
@@ -48,7 +54,7 @@ class Idle:
 
 
 class Random:
-    """Uniform random actions; the same in the same world at the same tick."""
+    """Uniform random actions; the same in the same episode at the same tick."""
 
     def __init__(self, params: EnvParams, seed: int = 0) -> None:
         del params
@@ -61,11 +67,23 @@ class Random:
         worlds, team = sensed.slot.shape
         rngs = memory or [None] * worlds
         for world in map(int, np.flatnonzero(fresh | (memory is None))):
-            rngs[world] = np.random.default_rng(_fingerprint(self._seed, sensed, world))
+            rngs[world] = np.random.default_rng(self._seed_words(sensed, world))
         action = np.stack([rng.uniform(-1.0, 1.0, (team, 2)) for rng in rngs])
         return action.astype(np.float32), rngs
 
+    def _seed_words(self, sensed: Sensed, world: int) -> list[int]:
+        """Returns seed words from the initial state, so that they do not depend on the batch."""
+        return [self._seed, *sensed.estimate[world].view(np.uint64).ravel().tolist()]
 
-def _fingerprint(seed: int, sensed: Sensed, world: int) -> list[int]:
-    """Seed words from the way an episode begins, so that they do not depend on the batch."""
-    return [seed, *sensed.estimate[world].view(np.uint64).ravel().tolist()]
+
+POLICIES: Registry[MakePolicy] = Registry(
+    "policy",
+    {
+        "scripted": "baselines.scripted.scripted_policy:ScriptedPolicy",
+        "paper": "baselines.paper.paper_policy:PaperPolicy",
+        "learned": "baselines.learned.shipped:learned_policy",
+        "idle": Idle,
+        "random": Random,
+    },
+)
+"""Policy factories by name; the policies of this package are imported when they are asked for."""

@@ -73,9 +73,9 @@ def test_memory_and_new_episodes_are_passed_on(params):
 def test_an_episode_can_be_ended_from_outside(params):
     episodes = []
     for tick in rollout(Simulation(params, 1), Idle(params).act, range(3)):
-        episodes.append(tick.episode[0])
-        tick.over[0] |= len(episodes) == 1
-    assert episodes[:4] == [0, 1, 1, 2]
+        tick.over[0] |= not episodes
+        episodes.append(int(tick.episode[0]))
+    assert episodes == [0, *[1] * TICKS, *[2] * TICKS]
 
 
 def test_a_policy_that_raises_is_named_where_it_is_alone():

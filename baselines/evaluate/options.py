@@ -12,11 +12,12 @@ from asv_env.params import TASKS
 from asv_env.presets import PRESETS, SCENARIOS
 from asv_env.render import video
 from baselines.evaluate.conditions import Suite, custom
-from baselines.evaluate.policy_sources import POLICIES, entrants
+from baselines.evaluate.policy_sources import entrants
 from baselines.evaluate.report import document
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.suites import SUITES
 from baselines.paper.experiment import PAPER_GOAL
+from baselines.policy import POLICIES
 from baselines.rollout import seeds
 
 FILES = ("episodes.csv", "summary.json", *document.FILES)

@@ -12,7 +12,7 @@ import importlib
 import inspect
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,19 +25,10 @@ from asv_env.simulation import Simulation
 from baselines.evaluate.conditions import Suite
 from baselines.learned import network, phases, shipped
 from baselines.learned.sb3_policy import Sb3Policy
-from baselines.paper.paper_policy import PaperPolicy
-from baselines.policy import Idle, Policy, Random
+from baselines.policy import POLICIES, Policy
 from baselines.rollout import provenance
 from baselines.rollout.guard import checked_action
-from baselines.scripted.scripted_policy import ScriptedPolicy
 
-POLICIES: dict[str, Callable[[EnvParams], Policy]] = {
-    "scripted": ScriptedPolicy,
-    "paper": PaperPolicy,
-    "learned": shipped.learned_policy,
-    "idle": Idle,
-    "random": Random,
-}
 EXPORTED, SB3 = network.SUFFIX, ".zip"
 SB3_NEEDS = ("stable-baselines3", "torch")
 NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")

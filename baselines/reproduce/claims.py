@@ -10,9 +10,9 @@ from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.tasks import formation, starts
 from asv_env.types import Float
-from baselines.evaluate.policy_sources import POLICIES
 from baselines.paper import pushing
 from baselines.paper.arcs import advance
+from baselines.policy import POLICIES
 from baselines.reproduce import reattribution
 from baselines.reproduce.comparison_rows import row, rows_of
 from baselines.reproduce.job import Job

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baselines.evaluate.policy_sources import POLICIES
 from baselines.evaluate.report import palette
 from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
+from baselines.policy import POLICIES
 from baselines.reproduce import style
 from baselines.reproduce.comparison_rows import describe, share
 from baselines.reproduce.job import Job

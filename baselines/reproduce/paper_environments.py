@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from tqdm import tqdm
@@ -11,11 +11,10 @@ from tqdm import tqdm
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.types import Float
-from baselines.policy import Policy
+from baselines.policy import MakePolicy
 from baselines.rollout import runner
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
-MakePolicy = Callable[[EnvParams], Policy]
 WORLDS = 48
 """Worlds side by side."""
 

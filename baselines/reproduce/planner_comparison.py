@@ -17,10 +17,11 @@ from asv_env.types import Complex, Float
 from baselines.evaluate.report import palette
 from baselines.paper import dubins, two_arc
 from baselines.paper.arcs import ArcPath
+from baselines.policy import MakePolicy
 from baselines.reproduce import fig5_paths, style
 from baselines.reproduce.comparison_rows import rows_of
 from baselines.reproduce.job import Job
-from baselines.reproduce.paper_environments import MakePolicy, experiment, run
+from baselines.reproduce.paper_environments import experiment, run
 from baselines.scripted.gains import PathGains
 from baselines.scripted.planner import SEGMENTS, PathPlanner
 from baselines.scripted.scripted_policy import ScriptedPolicy

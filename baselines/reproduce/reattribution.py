@@ -13,9 +13,10 @@ from asv_env.tasks import formation
 from asv_env.types import Bool, Complex, Float
 from baselines.paper.paper_policy import PaperPolicy
 from baselines.paper.target_assignment import nearest
+from baselines.policy import MakePolicy
 from baselines.reproduce.comparison_rows import rows_of
 from baselines.reproduce.job import Job
-from baselines.reproduce.paper_environments import MakePolicy, before_closure, experiment, run
+from baselines.reproduce.paper_environments import before_closure, experiment, run
 
 THIN = 5
 """Of a log's poses, one in so many is kept to look for crossings."""

@@ -10,15 +10,14 @@ import numpy as np
 from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation, Sensed
-from baselines.evaluate.policy_sources import POLICIES
 from baselines.paper import two_arc
 from baselines.paper.arcs import ArcPath
 from baselines.paper.experiment import PAPER_GOAL
 from baselines.paper.paper_gains import IN_RANGE
-from baselines.policy import Policy
+from baselines.policy import POLICIES, MakePolicy, Policy
 from baselines.reproduce.fig1_2_definitions import ALPHA1
 from baselines.reproduce.job import Job
-from baselines.reproduce.paper_environments import MakePolicy, experiment, run, simulation
+from baselines.reproduce.paper_environments import experiment, run, simulation
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
 VARIANCE = 0.05

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from asv_env.params import EnvParams
@@ -10,7 +10,7 @@ from asv_env.render import video
 from asv_env.render.viewer import Frame, Viewer
 from asv_env.simulation import Simulation
 from asv_env.types import State
-from baselines.policy import Policy
+from baselines.policy import MakePolicy
 from baselines.rollout.loop import rollout
 
 EVERY = 4
@@ -21,9 +21,7 @@ LAST = 30
 """Times that the last frame is shown."""
 
 
-def save(
-    path: Path, make_policy: Callable[[EnvParams], Policy], params: EnvParams, seed: int
-) -> None:
+def save(path: Path, make_policy: MakePolicy, params: EnvParams, seed: int) -> None:
     """Films one episode, to GIF or MP4 by the path's ending; replaces the file.
 
     Args:
@@ -38,9 +36,7 @@ def save(
     video.save(frames(make_policy, params, seed), path, FPS, overwrite=True)
 
 
-def frames(
-    make_policy: Callable[[EnvParams], Policy], params: EnvParams, seed: int
-) -> Iterator[Frame]:
+def frames(make_policy: MakePolicy, params: EnvParams, seed: int) -> Iterator[Frame]:
     """Frames (height, width, 3) uint8 of one episode."""
     simulation, viewer = Simulation(params), Viewer(params, size=SIZE)
     for tick in rollout(simulation, make_policy(params).act, [seed]):

@@ -13,11 +13,10 @@ from pathlib import Path
 
 TREE = Path(__file__).parents[2]
 PACKAGES = {"asv_env", "baselines", "train"}
-ROLLOUT = (
-    *("baselines.rollout.runner", "baselines.scripted.scripted_policy"),
-    *("baselines.paper.paper_policy", "baselines.learned.shipped", "baselines.learned.sb3_policy"),
-)
-"""Modules by which episodes are run; with those that they import, all on which episodes depend."""
+ROLLOUT = ("baselines.rollout.runner", "baselines.policy", "baselines.learned.sb3_policy")
+"""Modules by which episodes are run; with those that they import, all on which episodes depend.
+
+The registry of policies names its modules as strings."""
 LAZY = re.compile(r"(\w+(?:\.\w+)+):\w+")
 """An import that is written as a string, "module:NAME", such as the entries of registries."""
 

@@ -8,7 +8,7 @@ which others run side by side.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
 from asv_env.types import Float, Observation, State
-from baselines.policy import Policy
+from baselines.policy import MakePolicy
 from baselines.rollout import episodes
 from baselines.rollout.episodes import POSE_LOG_EVERY, Label, PoseLog, Trajectory
 from baselines.rollout.guard import GuardedPolicy, PolicyError
@@ -26,7 +26,7 @@ UNNAMED = Label("unnamed")
 
 
 def run(
-    make_policy: Callable[[EnvParams], Policy],
+    make_policy: MakePolicy,
     params: EnvParams,
     seeds: Sequence[int],
     num_envs: int,
