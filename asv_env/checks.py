@@ -1,4 +1,4 @@
-"""Checks of parameters: errors that name the value and what it may be."""
+"""Checks of parameters, whose errors name the value and what it may be."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 
 def choice(kind: str, value: object, known: Iterable[str]) -> str:
-    """``value`` if it is one of the known names.
+    """Returns ``value`` if it is one of the known names.
 
     Raises:
         ValueError: with the nearest known name.
@@ -24,7 +24,7 @@ def choice(kind: str, value: object, known: Iterable[str]) -> str:
 
 
 def is_finite(value: Any) -> bool:
-    """Whether a value is a real, finite number."""
+    """Returns whether a value is a real, finite number."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return False
     try:
@@ -44,7 +44,7 @@ def check_number(owner: object, name: str, low: float, high: float = math.inf) -
 
 
 def check_numbers(owner: object, names: str, low: float, high: float = math.inf) -> None:
-    """``check_number`` of several fields, their names parted by spaces."""
+    """Applies ``check_number`` to several fields, whose names are separated by spaces."""
     for name in names.split():
         check_number(owner, name, low, high)
 

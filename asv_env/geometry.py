@@ -1,4 +1,4 @@
-"""Planar geometry. Leading axes are free.
+"""Planar geometry of vectors, poses and hulls; leading axes are free.
 
 A planar vector is a complex number x + iy and a direction is e = exp(ih), so that turning a
 vector into the frame of a body with heading h is a multiplication by conj(e).
@@ -13,14 +13,14 @@ from asv_env.types import Complex, Float
 
 
 def wrap(angle: ArrayLike) -> Float:
-    """Angle in rad, wrapped to (-pi, pi]; what lies there already stays as it is."""
+    """Returns an angle, rad, wrapped to (-pi, pi]; an angle in there stays as it is."""
     array = np.asarray(angle, dtype=np.float64)
     turns = np.ceil((array - np.pi) / (2 * np.pi))
     return array - 2 * np.pi * turns
 
 
 def direction(heading: Float) -> Complex:
-    """Unit vectors (...,) of headings (...,) in rad."""
+    """Returns the unit vectors (...,) of headings (...,), rad."""
     e = np.empty(heading.shape, dtype=np.complex128)
     np.cos(heading, out=e.real)
     np.sin(heading, out=e.imag)
@@ -28,7 +28,7 @@ def direction(heading: Float) -> Complex:
 
 
 def plane(array: Float, first: int = 0) -> Complex:
-    """View of two neighbouring columns of a float array as complex numbers x + iy.
+    """Returns a view of two neighbouring columns of a float array as complex numbers x + iy.
 
     Args:
         array: (..., n) with a contiguous last axis.
@@ -39,20 +39,20 @@ def plane(array: Float, first: int = 0) -> Complex:
 
 
 def mirrored(pose: Float, side: Float) -> Float:
-    """Poses (W, 3) or motions (W, B, 6), mirrored at the x axis where ``side`` (W,) is -1."""
+    """Returns poses (W, 3) or motions (W, B, 6), mirrored at the x axis where ``side`` is -1."""
     signs = np.ones((len(side), pose.shape[-1]))
     signs[:, 1:3] = signs[:, 4:] = side[:, None]
     return pose * (signs if pose.ndim == 2 else signs[:, None])
 
 
 def rectangle(length: float, width: float) -> list[tuple[float, float]]:
-    """Corners of a rectangle round the origin, counter-clockwise, m."""
+    """Returns the corners of a rectangle round the origin, counter-clockwise, m."""
     x, y = length / 2, width / 2
     return [(-x, -y), (x, -y), (x, y), (-x, y)]
 
 
 def boat_hull(length: float, width: float, bow: float) -> list[tuple[float, float]]:
-    """Convex hull of a boat, bow towards +x, that narrows to a flat bow, m.
+    """Returns the corners of a convex boat hull that narrows to a flat bow towards +x, m.
 
     The shoulders lie one bow width behind the bow; the origin is amidships.
     """
@@ -61,9 +61,9 @@ def boat_hull(length: float, width: float, bow: float) -> list[tuple[float, floa
 
 
 def polygon_gyration(vertices: list[tuple[float, float]]) -> float:
-    """Squared radius of gyration of a uniform convex polygon about the origin, m^2.
+    """Returns the squared radius of gyration of a uniform polygon about the origin, m^2.
 
-    The standard area integral over the triangles that the edges span with the origin.
+    It is the area integral over the triangles that the edges span with the origin.
     """
     points = np.array(vertices)
     following = np.roll(points, -1, axis=0)

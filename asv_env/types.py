@@ -1,4 +1,4 @@
-"""The records that flow between the modules. No logic.
+"""The records that flow between the modules, without logic.
 
 Axes: ``W`` worlds, ``A`` boats, ``B = 1 + A`` bodies (row 0 is the vessel), ``K`` features.
 SI units; headings in radians, counter-clockwise from +x, wrapped to (-pi, pi].
@@ -25,13 +25,13 @@ Record = TypeVar("Record")
 
 
 def rows(record: Record, index: Any) -> Record:
-    """The same record for some of its worlds: every array indexed along ``W``."""
+    """Returns the record of some worlds: every array indexed along ``W``."""
     taken = {f.name: getattr(record, f.name)[index] for f in fields(record)}  # type: ignore[arg-type]
     return type(record)(**taken)
 
 
 def copied(record: Record) -> Record:
-    """The same record with arrays of its own."""
+    """Returns the same record with arrays of its own."""
     return type(record)(**{name: array.copy() for name, array in vars(record).items()})
 
 
@@ -43,20 +43,20 @@ def put_rows(record: Record, index: Any, new: Record) -> None:
 
 @dataclass
 class State:
-    """The truth about every world: all that persists from one control tick to the next.
+    """The true state of every world: all that persists from one control tick to the next.
 
     Attributes:
         motion: (W, B, 6) x m, y m, heading rad, vx m/s, vy m/s, yaw rate rad/s; world frame.
-        goal: (W, 3) pose that the vessel is to reach; m, m, rad.
+        goal: (W, 3) goal pose of the vessel; m, m, rad.
         tick: (W,) control ticks since the episode began.
-        thrust: (W, A, 2) what the left and right thruster give now, N.
+        thrust: (W, A, 2) present thrust of the left and right thruster, N.
         working: (W, A) whether the boat's thrusters work.
         slot: (W, A) vessel-frame position u + iw of the boat's slot, m.
         side: (W,) +1 where the team pushes from the vessel's +n side, -1 from the other.
         touching: (W, A, 2) whether the hull touches the vessel, another boat.
         closed: (W,) whether conditional closure has been formed and not lost since.
         held: (W,) control ticks for which every slot has been held without a break.
-        anchored: (W,) whether the goal is final (see ``goal_anchor``).
+        anchored: (W,) whether the goal is final, see ``TaskParams.goal_anchor``.
     """
 
     motion: Float
@@ -76,7 +76,7 @@ class State:
 class Sensed:
     """What the boats know: one measurement and one filtered estimate, shared by the team.
 
-    The only source of both kinds of policy. Without noise all motions are the true one.
+    Scripted and learned policies know nothing else. Without noise all motions are the true one.
 
     Attributes:
         measured: (W, B, 6) the latest raw measurement, as ``State.motion``.
@@ -98,7 +98,7 @@ class Sensed:
 
 @dataclass
 class InitialState:
-    """How one world begins: sampled by ``tasks.starts``, placed by the simulation.
+    """Initial state of one world: sampled by ``tasks.starts``, placed by the simulation.
 
     Attributes:
         motion: (B, 6) initial motion.
@@ -109,7 +109,7 @@ class InitialState:
         drag_gain: (B,) factor on all drag coefficients of a body.
         mass_gain: (B,) factor on mass and inertia of a body.
         friction: contact friction coefficient.
-        failure_tick: (A,) control tick at which the boat's thrusters die; -1 never.
+        failure_tick: (A,) control tick at which the boat's thrusters fail; -1 never.
     """
 
     motion: Float
@@ -125,14 +125,14 @@ class InitialState:
 
 @dataclass
 class Ending:
-    """How the worlds stand with their ends, each (W,) bool.
+    """Whether and why episodes end, each (W,) bool.
 
-    Success and straying terminate an episode, the time limit truncates it.
+    Success and leaving the arena terminate an episode, the time limit truncates it.
 
     Attributes:
-        reached, strayed, timed_out: what has come about.
-        terminated: episodes that are over by what happened in them.
-        truncated: episodes that are over by the clock alone.
+        reached, strayed, timed_out: causes; ``strayed`` is leaving the arena.
+        terminated: episodes that ended by what happened in them.
+        truncated: episodes that ended by the clock alone.
     """
 
     reached: Bool
@@ -146,13 +146,13 @@ class Ending:
 
 @dataclass
 class TimeStep:
-    """What one control step gives back.
+    """Result of one control step.
 
     Attributes:
         observation: (W, A, K) float32.
         reward: (W, A).
-        ending: why worlds end at this step, if they do.
-        terms: the weighted reward terms by name, (W, 1) shared or (W, A) of a boat's own.
+        ending: whether and why episodes end at this step.
+        terms: weighted reward terms by name, (W, 1) shared or (W, A) for each boat.
     """
 
     observation: Observation

@@ -1,11 +1,11 @@
-"""The loops on board: they make a boat follow a forward speed and a yaw rate.
+"""The autopilot of a boat: inner-loop controllers of forward speed and yaw rate.
 
-Each is a proportional loop with the drag of the wanted motion fed forward. A policy that asks
-for a yaw rate proportional to its heading error closes the paper's PD loop on the heading
+Each is a proportional controller with the drag of the wanted motion fed forward. A policy that
+commands a yaw rate proportional to its heading error closes the paper's PD loop on the heading
 round it. The gains follow from the lag T of the thrusters: a proportional loop of bandwidth
 1/(2 T) round a first-order lag is a second-order system with damping ratio 1/sqrt(2).
 
-Demands are given as what both motors share and what they differ by, see ``thrusters``.
+Demands are the mean thrust of both motors and half their difference, see ``thrusters.MIX``.
 """
 
 from __future__ import annotations
@@ -20,18 +20,19 @@ FULL_SPEED = 0.2
 FULL_YAW_RATE = 1.2
 """Yaw rate of a full tracking action, rad/s."""
 SCALE = np.array([FULL_SPEED, FULL_YAW_RATE])
+"""Forward speed, m/s, and yaw rate, rad/s, of a full tracking action."""
 
 
 def bandwidth(boat: BoatParams) -> float:
-    """Of the loops on board, 1/s."""
+    """Returns the bandwidth of the inner-loop controllers, 1/s."""
     return 1.0 / (2.0 * boat.lag)
 
 
 class Autopilot:
-    """The loops of boats of one kind.
+    """The controllers of boats of one kind.
 
     Attributes:
-        gains: (2,) demand in N per m/s and per rad/s of error.
+        gains: (2,) demand in N per m/s and per rad/s of error in forward speed and yaw rate.
     """
 
     def __init__(self, boat: BoatParams) -> None:
@@ -42,10 +43,10 @@ class Autopilot:
         self._quadratic = per_motor * np.array([boat.surge[1], boat.yaw[1]])
 
     def demand_at_rest(self, action: Float) -> Float:
-        """Demand (..., 2), N, of a boat that does not move yet.
+        """Returns the demand (..., 2), N, of a boat at rest.
 
-        It is the drag of the wanted motion plus the gain times the whole of it; a boat that
-        moves takes ``gains`` times its motion off.
+        It is the drag of the wanted motion plus the gain times that motion. The demand of a
+        moving boat is less by ``gains`` times its speed and yaw rate.
 
         Args:
             action: (..., 2) forward speed and yaw rate, in units of a full action.

@@ -1,4 +1,4 @@
-"""The kernel: rigid bodies with contact, many worlds at once. The only user of Pymunk.
+"""Rigid bodies with contact, many worlds at once. The only user of Pymunk.
 
 Worlds share Spaces, each world on a tile of its own, too far from the others to touch them.
 World 0 of every Space lies at the origin. Bodies are made once and then placed, never removed:
@@ -22,19 +22,20 @@ MOTION = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFiel
 WRENCH = BodyFields.FORCE | BodyFields.TORQUE
 CONTACT = ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.CONTACT_COUNT
 WALL_THICKNESS = 0.5
+"""Thickness of a wall, m."""
 CELLS_PER_BODY = 200
-"""Size of the hash table over the bodies of one world; enough for some hundred worlds."""
+"""Size of the spatial hash table over the bodies of one world; enough for some hundred worlds."""
 
 
-class _Port:
-    """Traffic of all bodies of a Space with an array, in the order in which they were added.
+class _Transfer:
+    """Copies fields of all bodies of a Space from or to an array, in the order of their adding.
 
-    It is what ``pymunk.batch`` does, but for the request, which is made once and not at every
-    call: for few worlds making it costs more than the physics.
+    It does what ``pymunk.batch`` does, but makes the request once and not at every call: for few
+    worlds making it costs more than the physics.
 
     Args:
-        space: with the bodies.
-        fields: what is read or written.
+        space: the Space with the bodies.
+        fields: the fields to read or write.
         rows: (bodies or more, fields) contiguous.
         visitor: name of the function in Pymunk's C code that is called for each body.
     """
@@ -57,12 +58,12 @@ class _Port:
 
 @dataclass
 class _Pool:
-    """One Space with its share of the worlds, and the buffers through which it is spoken to."""
+    """One Space with some of the worlds, and the transfers to and from it."""
 
     space: pymunk.Space
     bodies: list[pymunk.Body]
-    read: _Port
-    write: _Port
+    read: _Transfer
+    write: _Transfer
     contacts: Buffer
 
 
@@ -70,9 +71,9 @@ class Basin:
     """Bodies of ``num_worlds`` worlds, ``B = 1 + num_boats`` each, row 0 the vessel.
 
     Attributes:
-        motion: (W, B, 6) motion after the last step, in the coordinates of the Space; use
-            ``world_motion`` for a world's own. Headings are not wrapped.
-        force: (W, B, 3) world-frame force N, N and moment N m to act during the next step.
+        motion: (W, B, 6) motion after the last step, in the coordinates of the Space; see
+            ``world_motion``. Headings are not wrapped.
+        force: (W, B, 3) world-frame force N, N and moment N m during the next step.
     """
 
     def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
@@ -80,9 +81,9 @@ class Basin:
         self._dt = params.clock.dt
         shape = (num_worlds, 1 + params.num_boats)
         rows = shape[0] * shape[1]
-        # A Space with walls has one more body, read behind the others: its row falls on the
-        # next Space's first, which is read after it, or on a spare one. One more spare row is
-        # needed because Pymunk gives a buffer of its own to who has filled the one given.
+        # A Space with walls has one more body, read last: its row falls on the first row of the
+        # next Space, which is read after it, or on a spare row. A second spare row is needed
+        # because Pymunk replaces a buffer that has been filled by one of its own.
         self._motion_rows = np.zeros((rows + 2, 6))
         self._force_rows = np.zeros((rows + 2, 3))
         self.motion = self._motion_rows[:rows].reshape(*shape, 6)
@@ -109,7 +110,7 @@ class Basin:
             pool.read()
 
     def world_motion(self) -> Float:
-        """A copy of the motion (W, B, 6) in each world's own coordinates."""
+        """Returns a copy of the motion (W, B, 6) in each world's own coordinates."""
         motion = self.motion.copy()
         motion[..., :2] -= self._tile
         return motion
@@ -117,7 +118,7 @@ class Basin:
     def place(
         self, world: int, motion: Float, masses: Float, inertias: Float, friction: float
     ) -> None:
-        """Puts the bodies of one world somewhere, as if the world had just been built.
+        """Gives the bodies of one world a motion, as if the world had just been built.
 
         Args:
             world: row of the world.
@@ -129,25 +130,25 @@ class Basin:
         count = self.motion.shape[1]
         first = world * count
         tile_x, tile_y = self._tile[world, 0]
-        share = math.sqrt(friction)  # Chipmunk multiplies the coefficients of the two shapes.
+        root = math.sqrt(friction)  # Chipmunk multiplies the coefficients of the two shapes.
         for row, body in enumerate(self._bodies[first : first + count]):
             x, y, heading, vx, vy, yaw_rate = motion[row].tolist()
-            # A step of no length spends the bias velocities, which survive a teleport.
+            # A step of no length uses up the bias velocities, which survive a change of position.
             pymunk.Body.update_position(body, 0.0)
             body.mass, body.moment = float(masses[row]), float(inertias[row])
             body.position, body.angle = (x + tile_x, y + tile_y), heading
             body.velocity, body.angular_velocity = (vx, vy), yaw_rate
             body.force, body.torque = (0.0, 0.0), 0.0
             for shape in body.shapes:
-                shape.friction = share
+                shape.friction = root
             self._spaces[world].reindex_shapes_for_body(body)
         for wall in self._walls[world]:
-            wall.friction = share
+            wall.friction = root
         self.motion[world] = motion
         self.motion[world, :, :2] += self._tile[world]
 
     def touching(self) -> Bool:
-        """(W, A, 2) whether each boat's hull touches the vessel, another boat or a wall."""
+        """Returns (W, A, 2): whether each hull touches the vessel, another boat or a wall."""
         num_worlds, count = self.motion.shape[:2]
         touches = np.zeros((num_worlds, count, 2), dtype=np.bool_)
         for pool in self._pools:
@@ -159,19 +160,20 @@ class Basin:
         return touches[:, 1:]
 
     def _scatter(self, pairs: np.ndarray, touches: Bool) -> None:
-        """Marks the bodies of each touching pair, whatever the order of the pairs."""
+        """Marks the bodies of touching pairs (n, 2) in ``touches``, whatever the order of pairs."""
         count = touches.shape[1]
-        place = np.searchsorted(self._identities, pairs)
-        place[place == len(self._identities)] = 0
-        known = self._identities[place] == pairs  # all but the walls
-        world, row = np.divmod(self._by_identity[place], count)
-        for me, other in ((0, 1), (1, 0)):
-            by_vessel = known[:, other] & (row[:, other] == 0)
-            mine = known[:, me]
+        index = np.searchsorted(self._identities, pairs)
+        index[index == len(self._identities)] = 0
+        is_hull = self._identities[index] == pairs  # all but the walls
+        world, row = np.divmod(self._by_identity[index], count)
+        for body, partner in ((0, 1), (1, 0)):
+            hull = is_hull[:, body]
+            by_vessel = is_hull[:, partner] & (row[:, partner] == 0)
             kind = np.where(by_vessel, 0, 1)
-            touches[world[mine, me], row[mine, me], kind[mine]] = True
+            touches[world[hull, body], row[hull, body], kind[hull]] = True
 
     def _add_pool(self, worlds: range) -> None:
+        """Adds a Space with the bodies of these worlds."""
         params, count = self._params, self.motion.shape[1]
         vessel, boat = params.hulls()
         space = pymunk.Space()
@@ -193,18 +195,22 @@ class Basin:
             bodies += [_add_hull(space, tile, vessel)]
             bodies += [_add_hull(space, tile, boat) for _ in range(params.num_boats)]
         first = worlds[0] * count
-        read = _Port(space, MOTION, self._motion_rows[first:], "pmSpaceBodyGetIteratorFuncBatched")
-        write = _Port(space, WRENCH, self._force_rows[first:], "pmSpaceBodySetIteratorFuncBatched")
+        read = _Transfer(
+            space, MOTION, self._motion_rows[first:], "pmSpaceBodyGetIteratorFuncBatched"
+        )
+        write = _Transfer(
+            space, WRENCH, self._force_rows[first:], "pmSpaceBodySetIteratorFuncBatched"
+        )
         self._pools.append(_Pool(space, bodies, read, write, Buffer()))
 
     def _tile_spacing(self, cell: float) -> float:
-        """Distance between tiles, m: arenas, hulls that hang over their edge, and room."""
+        """Returns the distance between tiles, m: arena, hulls across its edge, and clearance."""
         arena = max(self._params.task.arena, self._params.water.walls or 0.0)
         return cell * math.ceil((2 * arena + 4 * cell + 2 * WALL_THICKNESS + 1.0) / cell)
 
 
 def _add_hull(space: pymunk.Space, tile: tuple[float, float], hull: HullParams) -> pymunk.Body:
-    """A body at the tile's centre, whose centre of mass lies amidships."""
+    """Adds a body at the tile's centre, with its centre of mass amidships, and returns it."""
     body = pymunk.Body(hull.total_mass, hull.total_inertia)
     body.position = tile
     shape = pymunk.Poly(body, hull.outline)
@@ -214,7 +220,7 @@ def _add_hull(space: pymunk.Space, tile: tuple[float, float], hull: HullParams) 
 
 
 def _add_walls(space: pymunk.Space, tile: tuple[float, float], half: float) -> list[pymunk.Segment]:
-    """Four thick walls whose inner faces lie ``half`` from the tile's centre."""
+    """Adds four walls whose inner sides lie ``half`` m from the tile's centre; returns them."""
     x, y = tile
     d = half + WALL_THICKNESS / 2
     corners = [(x - d, y - d), (x + d, y - d), (x + d, y + d), (x - d, y + d)]

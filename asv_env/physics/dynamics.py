@@ -1,4 +1,4 @@
-"""The motion of all hulls under motors, water and contact: the physics of one control step."""
+"""The motion of all hulls under motors, water and contact: the physics of a control step."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Dynamics:
     """Bodies, motors and water of ``num_worlds`` worlds.
 
     Attributes:
-        motors: of all boats.
+        motors: the motors of all boats.
     """
 
     def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
@@ -33,44 +33,49 @@ class Dynamics:
 
         shape = (num_worlds, len(hulls))
         self._linear, self._quadratic = np.ones((*shape, 3)), np.ones((*shape, 3))
-        self._dt_per_mass = np.ones((*shape, 3))
-        self._softened = np.ones((*shape, 3))
-        self._make_workspace(shape)
+        self._dt_per_mass, self._softening = np.ones((*shape, 3)), np.ones((*shape, 3))
+        self._make_views()
+        self._make_buffers(shape)
 
-    def _make_workspace(self, shape: tuple[int, int]) -> None:
-        """Arrays of a physics step and the views into them that it needs.
+    def _make_views(self) -> None:
+        """Makes views (W, B) of the basin's arrays, world frame.
 
         They are made once: for few worlds NumPy's calls cost more than the physics.
         """
         motion, force = self._basin.motion, self._basin.force
-        self._angle, self._course, self._spin = motion[..., 2], plane(motion, 3), motion[..., 5]
-        self._pull, self._twist = plane(force), force[..., 2]
-        self._heading = np.empty(shape, dtype=np.complex128)
-        self._cos, self._sin = self._heading.real, self._heading.imag
-        self._velocity = np.zeros((*shape, 3))
-        self._through_water, self._yaw_rate = plane(self._velocity), self._velocity[..., 2]
-        self._tracked = self._velocity[:, 1:, ::2]
-        self._wrench = np.zeros((*shape, 3))
-        self._surge, self._yaw = self._wrench[:, 1:, 0], self._wrench[:, 1:, 2]
-        self._demand, self._wanted = np.zeros((2, shape[0], shape[1] - 1, 2))
-        self._demand_pair, self._wanted_pair = plane(self._demand), plane(self._wanted)
-        self._total = np.zeros((*shape, 3))
-        self._planar_total, self._yaw_total = plane(self._total), self._total[..., 2]
+        self._heading, self._yaw_rate = motion[..., 2], motion[..., 5]
+        self._velocity = plane(motion, 3)
+        self._force, self._moment = plane(force), force[..., 2]
 
-    def place(self, world: int, start: InitialState) -> None:
-        """Puts one world at the start of an episode, motors off."""
-        mass, inertia = self._mass * start.mass_gain, self._inertia * start.mass_gain
-        self._basin.place(world, start.motion, mass, inertia, start.friction)
+    def _make_buffers(self, shape: tuple[int, int]) -> None:
+        """Makes the arrays of a physics step for ``shape`` = (W, B), and views of them."""
+        self._direction = np.empty(shape, dtype=np.complex128)
+        self._cos, self._sin = self._direction.real, self._direction.imag
+        # In the hulls' own frames: velocity relative to the water, thrust, all that acts.
+        self._relative_velocity, self._thrust_wrench, self._wrench = np.zeros((3, *shape, 3))
+        self._relative_planar = plane(self._relative_velocity)
+        self._relative_yaw_rate = self._relative_velocity[..., 2]
+        self._boat_speeds = self._relative_velocity[:, 1:, ::2]
+        self._surge_force = self._thrust_wrench[:, 1:, 0]
+        self._yaw_moment = self._thrust_wrench[:, 1:, 2]
+        self._wrench_planar, self._wrench_yaw = plane(self._wrench), self._wrench[..., 2]
+        self._demand, self._thrust = np.zeros((2, shape[0], shape[1] - 1, 2))
+        self._demand_pair, self._thrust_pair = plane(self._demand), plane(self._thrust)
+
+    def place(self, world: int, initial: InitialState) -> None:
+        """Places one world in its initial state, motors off."""
+        mass, inertia = self._mass * initial.mass_gain, self._inertia * initial.mass_gain
+        self._basin.place(world, initial.motion, mass, inertia, initial.friction)
         dt = self._params.clock.dt
         self._dt_per_mass[world] = dt / np.stack([mass, mass, inertia], axis=-1)
         linear, quadratic = self._drag
-        self._linear[world] = linear * start.drag_gain[:, None]
-        self._quadratic[world] = quadratic * start.drag_gain[:, None]
-        self._softened[world] = water.softening(self._linear[world], self._dt_per_mass[world])
-        self.motors.start(world, start.thrust_gain, dt / start.lag)
+        self._linear[world] = linear * initial.drag_gain[:, None]
+        self._quadratic[world] = quadratic * initial.drag_gain[:, None]
+        self._softening[world] = water.softening(self._linear[world], self._dt_per_mass[world])
+        self.motors.reset(world, initial.thrust_gain, dt / initial.lag)
 
     def advance(self, action: Float, working: Bool, steps: int) -> Float:
-        """Physics steps under one action.
+        """Advances all worlds by some physics steps under one action.
 
         Args:
             action: (W, A, 2) in [-1, 1].
@@ -81,51 +86,51 @@ class Dynamics:
             Motion (W, B, 6) in each world's own coordinates; headings are not wrapped.
         """
         self.motors.enable(working)
-        tracks = self._params.action_mode == "tracking"
-        if tracks:
+        tracking = self._params.action_mode == "tracking"
+        if tracking:
             at_rest, gains = self._autopilot.demand_at_rest(action), self._autopilot.gains
         else:
-            wanted = from_command(action, self._boat)
+            thrust = from_command(action, self._boat)
         for _ in range(steps):
-            self._take_bearings()
-            if tracks:
-                np.multiply(gains, self._tracked, out=self._demand)
+            self._update_velocities()
+            if tracking:
+                np.multiply(gains, self._boat_speeds, out=self._demand)
                 np.subtract(at_rest, self._demand, out=self._demand)
-                np.multiply(MIX, self._demand_pair, out=self._wanted_pair)
-                wanted = limited(self._wanted, self._boat)
-            self.motors.drive(wanted, self._surge, self._yaw)
-            self._exert()
+                np.multiply(MIX, self._demand_pair, out=self._thrust_pair)
+                thrust = limited(self._thrust, self._boat)
+            self.motors.drive(thrust, self._surge_force, self._yaw_moment)
+            self._apply_forces()
             self._basin.step()
         return self._basin.world_motion()
 
-    def _take_bearings(self) -> None:
-        """Headings, and velocities in the hulls' own frames over the ground."""
-        np.cos(self._angle, out=self._cos)
-        np.sin(self._angle, out=self._sin)
-        np.multiply(self._course, self._heading.conj(), out=self._through_water)
-        self._yaw_rate[...] = self._spin
+    def _update_velocities(self) -> None:
+        """Computes the directions of the hulls and, in their own frames, velocities over ground."""
+        np.cos(self._heading, out=self._cos)
+        np.sin(self._heading, out=self._sin)
+        np.multiply(self._velocity, self._direction.conj(), out=self._relative_planar)
+        self._relative_yaw_rate[...] = self._yaw_rate
 
-    def _exert(self) -> None:
-        """Hands motors and water, in the world's frame, to the basin."""
+    def _apply_forces(self) -> None:
+        """Writes the force of motors and water, in the world frame, into the basin's array."""
         if self._params.water.current != "still":
             flow = self.current(plane(self._basin.world_motion()))
-            self._through_water -= flow * self._heading.conj()
+            self._relative_planar -= flow * self._direction.conj()
         water.damped(
-            self._wrench,
-            self._velocity,
+            self._thrust_wrench,
+            self._relative_velocity,
             self._linear,
             self._quadratic,
             self._dt_per_mass,
-            self._softened,
-            out=self._total,
+            self._softening,
+            out=self._wrench,
         )
-        np.multiply(self._planar_total, self._heading, out=self._pull)
-        self._twist[...] = self._yaw_total
+        np.multiply(self._wrench_planar, self._direction, out=self._force)
+        self._moment[...] = self._wrench_yaw
 
     def current(self, position: Complex) -> Complex:
-        """Velocity of the water (...) at positions (...) of a world, m/s."""
+        """Returns the velocity of the water (...) at positions x + iy (...) of a world, m/s."""
         return water.current(self._params.water, position)
 
     def touching(self) -> Bool:
-        """(W, A, 2) whether each boat's hull touches the vessel, another boat or a wall."""
+        """Returns (W, A, 2): whether each hull touches the vessel, another boat or a wall."""
         return self._basin.touching()

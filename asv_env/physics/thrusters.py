@@ -8,61 +8,66 @@ from asv_env.params import BoatParams
 from asv_env.types import Bool, Float
 
 MIX = 1 + 1j
-"""Turns a demand a + ib into the thrust l + ir of the left and right motor, N.
+"""Factor that turns a demand a + ib into the thrust l + ir of the left and right motor, N.
 
-a is what the motors have in common, half the surge force; b is what each is away from it, the
-yaw moment over twice the lever arm: a - b + i (a + b) = (1 + i) (a + ib).
+a is the mean thrust, half the surge force; b is half the difference, the yaw moment over twice
+the lever arm: l + ir = a - b + i (a + b) = (1 + i) (a + ib).
 """
 
 
 def from_command(command: Float, boat: BoatParams) -> Float:
-    """Thrust of each motor, N, for commands in [-1, 1]: linear, weaker astern."""
+    """Returns the thrust (...), N, for commands (...) in [-1, 1]: linear, weaker astern."""
     return boat.thrust * np.where(command < 0, boat.astern * command, command)
 
 
 def limited(thrust: Float, boat: BoatParams) -> Float:
-    """Thrust (...) that a motor can give, N."""
+    """Returns thrusts (...), N, clipped to what a motor can give."""
     return np.minimum(np.maximum(thrust, -boat.astern * boat.thrust), boat.thrust)
 
 
 class Motors:
-    """The motors of ``num_worlds`` teams: first-order lag, and gains that differ.
+    """The motors of ``num_worlds`` teams: first-order lag, and a gain for each motor.
 
     Attributes:
-        thrust: (W, A, 2) what the left and right motor give now, N.
+        thrust: (W, A, 2) present thrust of the left and right motor, N.
     """
 
     def __init__(self, boat: BoatParams, num_worlds: int, num_boats: int) -> None:
-        self._arm = boat.lever_arm
+        self._lever_arm = boat.lever_arm
         self.thrust = np.zeros((num_worlds, num_boats, 2))
         self._left, self._right = self.thrust[..., 0], self.thrust[..., 1]
         self._gain = np.ones(self.thrust.shape)
         self._keep = np.ones((num_worlds, 1, 1))
         self._response = np.ones(self.thrust.shape)
 
-    def start(self, world: int, gain: Float, dt_per_lag: float) -> None:
-        """Motors of one world off, with gains (A, 2) and physics step over time constant.
+    def reset(self, world: int, gain: Float, dt_per_lag: float) -> None:
+        """Stops the motors of one world and sets their gains and lag.
 
         The lag is integrated exactly for a thrust that is wanted for a whole step.
+
+        Args:
+            world: row of the world.
+            gain: (A, 2) factor on the thrust of each motor.
+            dt_per_lag: physics step over time constant.
         """
         self.thrust[world] = 0.0
         self._gain[world] = gain
         self._keep[world] = np.exp(-dt_per_lag)
 
     def enable(self, working: Bool) -> None:
-        """Lets only the boats (W, A) whose thrusters work answer from now on."""
+        """Lets only the boats (W, A) whose thrusters work respond from now on."""
         self._response = self._gain * working[..., None] * (1.0 - self._keep)
 
     def drive(self, wanted: Float, surge: Float, yaw: Float) -> None:
-        """One physics step towards the thrusts wanted; writes the forces that result.
+        """Advances the thrusts by one physics step and writes the forces that result.
 
         Args:
-            wanted: (W, A, 2) thrust of each motor, N, within its limits.
-            surge: (W, A) receives the force ahead, N.
-            yaw: (W, A) receives the moment, N m.
+            wanted: (W, A, 2) thrust to approach, N, within the limits of the motors.
+            surge: (W, A) receives the surge force, N.
+            yaw: (W, A) receives the yaw moment, N m.
         """
         self.thrust *= self._keep
         self.thrust += self._response * wanted
         np.add(self._left, self._right, out=surge)
         np.subtract(self._right, self._left, out=yaw)
-        yaw *= self._arm
+        yaw *= self._lever_arm

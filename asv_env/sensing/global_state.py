@@ -1,6 +1,6 @@
-"""The global view for centralised critics: one vector a world, in the world's frame.
+"""The global state, for centralised critics: one vector for each world, in the world frame.
 
-The truth, not what was measured. Lengths are divided by the half-width of the arena, speeds by
+It holds the truth, not the measurement. Lengths are divided by the half-width of the arena, speeds by
 those of a full tracking action, thrust by that of a motor; headings come as cosine and sine.
 """
 
@@ -17,28 +17,28 @@ from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.types import Bool, Float, Observation, State
 
 REACH = 1.5
-"""Largest distance along an axis that the view tells, arena half-widths: hulls may overhang."""
+"""Bound of positions, arena half-widths: hulls may hang over the arena's edge."""
 FASTEST = 4.0
-"""Largest speed that the view tells, full tracking actions."""
+"""Bound of velocities, full tracking actions."""
 POSE_BOUND = (REACH, REACH, 1.0, 1.0)
 MOTION_BOUND = (*POSE_BOUND, FASTEST, FASTEST, FASTEST)
 
 
 @dataclass(frozen=True)
 class Part:
-    """A row of the table.
+    """A part of the global state.
 
     Attributes:
-        name: what is told.
-        bound: to which the scaled values are clipped, on both sides; one for each value.
-        of: (State, EnvParams) -> (W, n, values), scaled.
-        of_boats: whether n is the number of boats; else it is 1.
+        name: what it describes.
+        bound: largest magnitude of each of its scaled values, which are clipped to it.
+        values: function (State, EnvParams) -> (W, n, values), scaled.
+        per_boat: whether n is the number of boats; else it is 1.
     """
 
     name: str
     bound: tuple[float, ...]
-    of: Callable[[State, EnvParams], Float | Bool]
-    of_boats: bool = False
+    values: Callable[[State, EnvParams], Float | Bool]
+    per_boat: bool = False
 
 
 def _pose(pose: Float, params: EnvParams) -> list[Float]:
@@ -57,7 +57,7 @@ def _motion(motion: Float, params: EnvParams) -> Float:
 
 
 def _slots(state: State, params: EnvParams) -> Float:
-    """Slots in the vessel's frame; that of a failed boat may lie anywhere in the arena."""
+    """Returns slots in the vessel's frame; that of a failed boat may lie anywhere in the arena."""
     slot = state.slot / params.task.arena
     return np.stack([slot.real, slot.imag], axis=-1)
 
@@ -71,7 +71,11 @@ def _task(state: State, params: EnvParams) -> Float:
 PARTS = (
     Part("motion of the vessel", MOTION_BOUND, lambda s, p: _motion(s.motion[:, :1], p)),
     Part("goal", POSE_BOUND, _goal),
-    Part("side, closure, goal final, share of the time that slots must be held", (1.0,) * 4, _task),
+    Part(
+        "side, closure, goal final, fraction of the time for which slots must be held",
+        (1.0,) * 4,
+        _task,
+    ),
     Part("motion of the boats", MOTION_BOUND, lambda s, p: _motion(s.motion[:, 1:], p), True),
     Part("slots of the boats", (2 * REACH, 2 * REACH), _slots, True),
     Part(
@@ -86,27 +90,23 @@ PARTS = (
 
 
 def global_state_bound(num_boats: int) -> Observation:
-    """Largest magnitude (S,) of every value of the view of a team, float32."""
-    bounds = [np.tile(part.bound, num_boats if part.of_boats else 1) for part in PARTS]
+    """Returns the largest magnitude (S,) of every value for a team, float32."""
+    bounds = [np.tile(part.bound, num_boats if part.per_boat else 1) for part in PARTS]
     return np.concatenate(bounds).astype(np.float32)
 
 
 def global_state_size(num_boats: int) -> int:
-    """S, the number of values of the view of a team."""
+    """Returns S, the number of values for a team."""
     return len(global_state_bound(num_boats))
 
 
 def global_state(state: State, params: EnvParams) -> Observation:
-    """The view (W, S) of every world, float32, within +-``global_state_bound``.
+    """Returns the global state (W, S) of every world, float32, within +-``global_state_bound``.
 
-    First the vessel, the goal and the task, then each of the parts of all the boats.
-
-    Args:
-        state: the truth.
-        params: the environment's.
+    First come the vessel, the goal and the task, then each part that has values for all boats.
     """
     worlds = len(state.goal)
-    parts = [part.of(state, params).reshape(worlds, -1) for part in PARTS]
-    view = np.concatenate(parts, axis=1, dtype=np.float32)
+    parts = [part.values(state, params).reshape(worlds, -1) for part in PARTS]
+    values = np.concatenate(parts, axis=1, dtype=np.float32)
     bound = global_state_bound(params.num_boats)
-    return np.clip(view, -bound, bound)
+    return np.clip(values, -bound, bound)

@@ -1,8 +1,8 @@
-"""What the boats measure: the true motion with white noise, and a filtered estimate of it.
+"""Measurement and estimate: the true motion with white noise, and a Kalman filter of it.
 
 The team shares one measurement, as the paper's boats share one motion-capture system. The
-filter is the steady-state Kalman filter of each axis, a pose and its rate, of a hull that is
-accelerated at random by as much as can be expected of it.
+filter is the steady-state Kalman filter of each axis, a pose and its rate, for a hull with random
+acceleration of the expected size.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from asv_env.types import Float
 BLOCK = 64
 """Ticks of noise drawn from a world's Generator at a time."""
 NO_NOISE = 1e-9
-"""Stands for exact measurement of one axis in the filter of the others."""
+"""Standard deviation that stands for an exact measurement in the filter's equations."""
 
 
 class Sensors:
@@ -52,10 +52,10 @@ class Sensors:
     def reset(
         self, index: np.ndarray, motion: Float, rngs: Mapping[int, np.random.Generator]
     ) -> None:
-        """Starts the worlds ``index`` (n,) afresh from their motion (n, B, 6).
+        """Begins episodes of the worlds ``index`` (n,) with their motion (n, B, 6).
 
         The noise of an episode has a Generator of its own, spawned from the world's, so that
-        what the world draws next does not depend on how long the episode was.
+        the next episode does not depend on how long this one was.
         """
         if not self._exact:
             self._drawn[index] = BLOCK
@@ -66,7 +66,7 @@ class Sensors:
         self.estimate[index] = noisy
 
     def sense(self, motion: Float) -> None:
-        """Measures the motion (W, B, 6) and carries the estimate on by one sensing tick."""
+        """Measures the motion (W, B, 6) and advances the estimate by one sensing tick."""
         if self._exact:
             self.measured = self.estimate = motion
             return
@@ -76,21 +76,13 @@ class Sensors:
         self.estimate, _ = corrected(predicted, self.measured, self._gain)
 
     def _axes_gain(self, acceleration: float, yaw_acceleration: float) -> Float:
-        """Filter gain (2, 2, 3) of one hull's axes x, y and heading."""
-        return np.stack(
-            [
-                steady_gain(expected, pose_noise, rate_noise, self._dt)
-                for expected, pose_noise, rate_noise in zip(
-                    (acceleration, acceleration, yaw_acceleration),
-                    self._noise[:3],
-                    self._noise[3:],
-                    strict=True,
-                )
-            ],
-            axis=-1,
-        )
+        """Returns the filter gain (2, 2, 3) of one hull's axes x, y and heading."""
+        accelerations = (acceleration, acceleration, yaw_acceleration)
+        axes = zip(accelerations, self._noise[:3], self._noise[3:], strict=True)
+        return np.stack([steady_gain(*axis, self._dt) for axis in axes], axis=-1)
 
     def _noisy(self, index: np.ndarray, motion: Float) -> Float:
+        """Returns the motion (n, B, 6) of the worlds ``index`` (n,) with the noise of a tick."""
         if self._exact:
             return motion
         for world in index[self._drawn[index] == BLOCK]:
@@ -103,37 +95,37 @@ class Sensors:
 
 
 def corrected(predicted: Float, measured: Float, gain: Float) -> tuple[Float, Float]:
-    """A predicted motion, corrected by its measurement.
+    """Returns a predicted motion, corrected by its measurement, and the innovation.
 
     Args:
         predicted: (..., 6) motion.
         measured: (..., 6) motion.
-        gain: (..., 2, 2, 3) what (pose, rate) take of the innovations of (pose, rate).
+        gain: (..., 2, 2, 3) Kalman gain: of (pose, rate) to the innovation of (pose, rate), by axis.
 
     Returns:
-        (..., 6) corrected motion, heading wrapped; (..., 6) the innovations.
+        (..., 6) corrected motion, heading wrapped; (..., 6) innovation.
     """
-    lacks = measured - predicted
-    lacks[..., 2] = wrap(lacks[..., 2])
-    pairs = (*lacks.shape[:-1], 2, 3)
-    pose, rate = lacks[..., None, :3], lacks[..., None, 3:]
+    innovation = measured - predicted
+    innovation[..., 2] = wrap(innovation[..., 2])
+    pairs = (*innovation.shape[:-1], 2, 3)
+    pose, rate = innovation[..., None, :3], innovation[..., None, 3:]
     motion = predicted.reshape(pairs) + gain[..., 0, :] * pose + gain[..., 1, :] * rate
-    motion = motion.reshape(lacks.shape)
+    motion = motion.reshape(innovation.shape)
     motion[..., 2] = wrap(motion[..., 2])
-    return motion, lacks
+    return motion, innovation
 
 
 def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: float) -> Float:
-    """Gain of the steady-state Kalman filter of a pose and its rate, both measured.
+    """Returns the gain of the steady-state Kalman filter of a pose and its rate, both measured.
 
     Args:
-        acceleration: standard deviation of its mean over a tick, white noise.
+        acceleration: standard deviation of the acceleration, white noise, constant over a tick.
         pose_noise: standard deviation of the measured pose.
         rate_noise: standard deviation of the measured rate.
-        dt: s, a tick.
+        dt: length of a tick, s.
 
     Returns:
-        (2, 2) what (pose, rate) take of the innovations of (pose, rate).
+        (2, 2) gain of (pose, rate) to the innovation of (pose, rate).
     """
     transition = np.array([[1.0, dt], [0.0, 1.0]])
     measured = np.diag(np.square(np.maximum([pose_noise, rate_noise], NO_NOISE)))
