@@ -1,44 +1,71 @@
-"""``python -m asv_env``: what is installed, what there is to make, and a picture of one."""
+"""``python -m asv_env``: installed versions, environments and names, or a picture of one."""
 
 from __future__ import annotations
 
-import argparse
 import platform
+import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
+
+import tyro
 
 import asv_env
 from asv_env import PRESETS, SCENARIOS, TASKS
 from asv_env.params import ACTION_MODES
 
-NEEDED = ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk")
+REQUIRED = ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk")
 EXTRAS = {
     "eval": ("matplotlib", "tqdm", "pygame-ce", "imageio"),
     "train": ("stable-baselines3", "torch", "tensorboard"),
     "rllib": ("ray",),
 }
+USES = """
+One agent for all boats   gymnasium.make("asv_env/Transport-v0", num_boats=4)
+Many worlds at once       gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)
+Every boat an agent       asv_env.parallel_env("transport", num_boats=4)
+stable-baselines3         asv_env.envs.sb3.BoatVecEnv("transport", num_envs=64)
+A picture                 python -m asv_env --picture start.png"""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Prints installed versions, environments and names, or draws an initial state."""
+
+    picture: Path | None = None
+    """File (.png) to write a picture to, instead of printing."""
+    overwrite: bool = False
+    """Whether to replace the picture if it exists."""
+    task: str = "transport"
+    """Task of the picture."""
+    num_boats: int | None = None
+    """Number of boats, 2 to 100; by default the preset's."""
+    scenario: str = "nominal"
+    """Disturbances."""
+    preset: str = "nominal"
+    """World."""
+    seed: int = 0
+    """Seed of the initial state."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Prints the report, and writes a picture if one is asked for."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
+    """Prints the report, or writes a picture; exits with a message where that fails."""
+    options = tyro.cli(Options, args=arguments, prog="python -m asv_env")
     if options.picture is None:
         print(report())
         return
     try:
-        _picture(options)
+        draw(options, options.picture)
     except (ValueError, TypeError, ImportError, OSError) as error:
-        parser.error(str(error))
+        sys.exit(f"python -m asv_env: {error}")
     print(f"wrote {options.picture}")
 
 
 def report() -> str:
-    """Versions, environments, and the names that options take."""
-    lines = [f"asv-env {asv_env.__version__}, Python {platform.python_version()}", ""]
-    lines += ["Installed"]
-    lines += [f"  {name:18} {_version(name)}" for name in NEEDED]
+    """Returns versions, environments, and the names that options take."""
+    lines = [f"asv-env {asv_env.__version__}, Python {platform.python_version()}", "", "Installed"]
+    lines += [f"  {name:18} {_version(name)}" for name in REQUIRED]
     for extra, names in EXTRAS.items():
         missing = f"not installed: pip install 'asv-env[{extra}]'"
         lines += [f"  {name:18} {_version(name) or missing}" for name in names]
@@ -46,32 +73,21 @@ def report() -> str:
     for task in TASKS:
         gym_id, zoo_id = f"asv_env/{task.capitalize()}-v0", f"asv_env/{task}-v0"
         lines += [f"  {task:26} {gym_id:24} {zoo_id}"]
-    lines += [
-        "",
-        f"Scenarios     {', '.join(SCENARIOS)}",
-        f"Presets       {', '.join(PRESETS)}",
-        f"Action modes  {', '.join(ACTION_MODES)}",
-        "",
-        'One agent for all boats   gymnasium.make("asv_env/Transport-v0", num_boats=4)',
-        'Many worlds at once       gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)',
-        'Every boat an agent       asv_env.parallel_env("transport", num_boats=4)',
-        'stable-baselines3         asv_env.envs.sb3.BoatVecEnv("transport", num_envs=64)',
-        "A picture                 python -m asv_env --picture start.png",
-    ]
-    return "\n".join(lines)
+    lines += [""]
+    for kind, known in {
+        "Scenarios": SCENARIOS, "Presets": PRESETS, "Action modes": ACTION_MODES
+    }.items():  # fmt: skip
+        lines += [f"{kind:13} {', '.join(known)}"]
+    return "\n".join([*lines, USES])
 
 
-def _version(name: str) -> str:
-    """Installed version of a distribution, empty if there is none."""
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return ""
+def draw(options: Options, path: Path) -> None:
+    """Writes a picture of an initial state.
 
-
-def _picture(options: argparse.Namespace) -> None:
-    """Writes a picture of the first instant of an episode."""
-    path = Path(options.picture)
+    Raises:
+        FileExistsError: the file exists and is not to be replaced.
+        ImportError: the extra ``eval`` is not installed.
+    """
     if path.exists() and not options.overwrite:
         raise FileExistsError(f"{path} exists; choose another name or add --overwrite")
     import imageio.v3 as imageio  # an extra
@@ -88,16 +104,12 @@ def _picture(options: argparse.Namespace) -> None:
     env.close()
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m asv_env", description=__doc__)
-    parser.add_argument("--picture", metavar="FILE", help="write a picture instead (.png)")
-    parser.add_argument("--overwrite", action="store_true", help="replace FILE if it exists")
-    parser.add_argument("--task", default="transport", help=f"of {', '.join(TASKS)}")
-    parser.add_argument("--num-boats", type=int, help="2 to 100")
-    parser.add_argument("--scenario", default="nominal", help=f"of {', '.join(SCENARIOS)}")
-    parser.add_argument("--preset", default="nominal", help=f"of {', '.join(PRESETS)}")
-    parser.add_argument("--seed", type=int, default=0, help="of the episode")
-    return parser
+def _version(name: str) -> str:
+    """Returns the installed version of a distribution, empty if there is none."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
 
 
 if __name__ == "__main__":

@@ -64,7 +64,7 @@ import sys, tempfile
 
 class Missing:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in ("torch", "stable_baselines3", "tyro", "tensorboard"):
+        if name.partition(".")[0] in ("torch", "stable_baselines3", "tensorboard"):
             raise ModuleNotFoundError(name)
 
 sys.meta_path.insert(0, Missing())

@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _with_remedy(error: Exception) -> str:
     """What is wrong; where an extra is missing, which."""
     name = (getattr(error, "name", None) or "").partition(".")[0]
-    extras = {"tyro": "train", "torch": "train", "stable_baselines3": "train", "ray": "rllib"}
+    extras = {"torch": "train", "stable_baselines3": "train", "ray": "rllib"}
     if name not in extras:
         return str(error)
     return f"{error}: this needs an extra, pip install -e '.[{extras[name]}]'"

@@ -21,6 +21,7 @@ from asv_env.types import Bool, Float
 MOTION = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 WRENCH = BodyFields.FORCE | BodyFields.TORQUE
 CONTACT = ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.CONTACT_COUNT
+READER, WRITER = "pmSpaceBodyGetIteratorFuncBatched", "pmSpaceBodySetIteratorFuncBatched"
 WALL_THICKNESS = 0.5
 """Thickness of a wall, m."""
 CELLS_PER_BODY = 200
@@ -195,12 +196,8 @@ class Basin:
             bodies += [_add_hull(space, tile, vessel)]
             bodies += [_add_hull(space, tile, boat) for _ in range(params.num_boats)]
         first = worlds[0] * count
-        read = _Transfer(
-            space, MOTION, self._motion_rows[first:], "pmSpaceBodyGetIteratorFuncBatched"
-        )
-        write = _Transfer(
-            space, WRENCH, self._force_rows[first:], "pmSpaceBodySetIteratorFuncBatched"
-        )
+        read = _Transfer(space, MOTION, self._motion_rows[first:], READER)
+        write = _Transfer(space, WRENCH, self._force_rows[first:], WRITER)
         self._pools.append(_Pool(space, bodies, read, write, Buffer()))
 
     def _tile_spacing(self, cell: float) -> float:

@@ -1,7 +1,8 @@
 """The global state, for centralised critics: one vector for each world, in the world frame.
 
-It holds the truth, not the measurement. Lengths are divided by the half-width of the arena, speeds by
-those of a full tracking action, thrust by that of a motor; headings come as cosine and sine.
+It holds the truth, not the measurement. Lengths are divided by the half-width of the arena,
+speeds by those of a full tracking action, thrust by that of a motor; headings are given as
+cosine and sine.
 """
 
 from __future__ import annotations
@@ -68,22 +69,17 @@ def _task(state: State, params: EnvParams) -> Float:
     return np.stack(flags, axis=-1)[:, None]
 
 
+def _thrust(state: State, params: EnvParams) -> Float:
+    return state.thrust / (params.boat.thrust * (1 + params.variation.thrust))
+
+
 PARTS = (
     Part("motion of the vessel", MOTION_BOUND, lambda s, p: _motion(s.motion[:, :1], p)),
     Part("goal", POSE_BOUND, _goal),
-    Part(
-        "side, closure, goal final, fraction of the time for which slots must be held",
-        (1.0,) * 4,
-        _task,
-    ),
+    Part("side, closure, goal final, fraction of the hold time", (1.0,) * 4, _task),
     Part("motion of the boats", MOTION_BOUND, lambda s, p: _motion(s.motion[:, 1:], p), True),
     Part("slots of the boats", (2 * REACH, 2 * REACH), _slots, True),
-    Part(
-        "thrust",
-        (1.0, 1.0),
-        lambda s, p: s.thrust / (p.boat.thrust * (1 + p.variation.thrust)),
-        True,
-    ),
+    Part("thrust", (1.0, 1.0), _thrust, True),
     Part("touching the vessel, another hull", (1.0, 1.0), lambda s, p: s.touching, True),
     Part("thrusters work", (1.0,), lambda s, p: s.working[..., None], True),
 )

@@ -100,7 +100,7 @@ def corrected(predicted: Float, measured: Float, gain: Float) -> tuple[Float, Fl
     Args:
         predicted: (..., 6) motion.
         measured: (..., 6) motion.
-        gain: (..., 2, 2, 3) Kalman gain: of (pose, rate) to the innovation of (pose, rate), by axis.
+        gain: (..., 2, 2, 3) gain of (pose, rate) to the innovation of (pose, rate), by axis.
 
     Returns:
         (..., 6) corrected motion, heading wrapped; (..., 6) innovation.
