@@ -16,8 +16,9 @@ from asv_env.presets import make_params
 from baselines.learned.network import SUFFIX, About, Layers, NetworkPolicy
 from baselines.rollout import runner
 from baselines.rollout.episodes import Episode
+from baselines.rollout.files import write_text
 from train.config import SEEDS_OF_A_RUN, Config
-from train.run import BEST, Run, write
+from train.run import BEST, Run
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,7 @@ def _put(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     writer = csv.DictWriter(text, COLUMNS)
     writer.writeheader()
     writer.writerows(rows)
-    write(file, lambda part: part.write_bytes(text.getvalue().encode()))
+    write_text(file, text.getvalue())
 
 
 def _rows(file: Path) -> list[dict[str, str]]:

@@ -175,7 +175,7 @@ def check_recorded(config: Config) -> None:
 
 
 def _files(config: Config) -> list[Path]:
-    return sorted(config.demonstrations.rglob("*.npz")) if config.demonstrations else []
+    return trajectories.files(config.demonstrations) if config.demonstrations else []
 
 
 def _check(file: Path, about: dict[str, Any], config: Config) -> None:

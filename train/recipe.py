@@ -19,8 +19,9 @@ from pathlib import Path
 from baselines.learned import network, phases
 from baselines.learned.network import SUFFIX
 from baselines.learned.phases import Phase
+from baselines.rollout.files import write
 from train.config import PRESETS, Config
-from train.run import BEST, write
+from train.run import BEST
 from train.sb3 import export, ppo
 
 

@@ -14,12 +14,10 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,6 +29,7 @@ from baselines.learned import network, phases
 from baselines.learned.network import About, Layers, NetworkPolicy
 from baselines.learned.phases import PhasedPolicy
 from baselines.rollout import provenance
+from baselines.rollout.files import remove_parts, write, write_text
 from train import actors, tracking
 from train.config import CONTROL_RATE, Config
 from train.imitation import check_recorded
@@ -114,8 +113,7 @@ class Run:
 
     def _tell(self, told: dict[str, Any]) -> None:
         text = json.dumps(told, indent=2) + "\n"
-        file = self.folder / "config.json"
-        write(file, lambda part: part.write_text(text, encoding="utf-8"))
+        write_text(self.folder / "config.json", text)
 
     def _told(self) -> dict[str, Any] | None:
         """What ``config.json`` says; None where there is none of a run."""
@@ -148,8 +146,7 @@ class Run:
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)
-        for part in self.folder.glob("*.part*"):
-            part.unlink()
+        remove_parts(self.folder)
 
     def _check(self, told: dict[str, Any]) -> None:
         """Refuses to go on with a run that is not this one."""
@@ -241,16 +238,6 @@ def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]
                 f"{asked!r}; train with that of the file"
             )
     return layers, about.card
-
-
-def write(path: Path, save: Callable[[Path], object]) -> None:
-    """Writes a file all at once: whoever looks, or is killed, finds the old one or the new one."""
-    part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")
-    try:
-        save(part)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _made_by(config: Config) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from baselines.evaluate.store import Series, Store
 from baselines.evaluate.summary import summarise
 from baselines.evaluate.tables.table import text_table
 from baselines.evaluate.workers import Job, WorkerError
-from baselines.rollout import film, provenance, trajectories
+from baselines.rollout import files, film, provenance, trajectories
 from baselines.rollout.episodes import Label
 
 LIBRARIES = ("numpy", "scipy", "pymunk")
@@ -91,7 +91,7 @@ def _there(store: Store, series: Series, suite: Suite, record: Path | None) -> s
     """Seeds of the episodes with which nothing is left to do."""
     if record is None:
         return store.seeds(series)
-    trajectories.clear(record)
+    files.remove_parts(record)
     return {
         row.seed
         for row in store.rows(series, suite.seeds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
@@ -14,6 +15,7 @@ import numpy as np
 from asv_env.types import Bool, Float
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.rollout.episodes import COLUMNS, Episode
+from baselines.rollout.files import write_text
 
 NOTHING = ""
 """In a CSV file, where a column does not apply."""
@@ -129,12 +131,11 @@ def _number(training: int | None) -> int:
 
 def write_csv(path: Path, rows: Iterable[Episode]) -> None:
     """Writes rows, all at once; ``NOTHING`` where a column does not apply."""
-    part = path.with_name(f"{path.name}.part")
-    with part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(HEADS)
-        writer.writerows(astuple(row) for row in rows)
-    part.replace(path)
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEADS)
+    writer.writerows(astuple(row) for row in rows)
+    write_text(path, text.getvalue())
 
 
 def read_csv(path: Path) -> list[Episode]:

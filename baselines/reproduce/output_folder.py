@@ -15,6 +15,7 @@ from typing import Any
 
 from baselines.reproduce.job import Job
 from baselines.rollout import provenance
+from baselines.rollout.files import write_text
 
 NAME = "record.json"
 LIBRARIES = ("numpy", "scipy", "pymunk", "matplotlib")
@@ -81,6 +82,4 @@ class Record:
 
     def _write(self, name: str, complete: bool) -> None:
         self._entries[name] = {"complete": complete, "options": self._options}
-        part = self._folder / f"{NAME}.part"
-        part.write_text(json.dumps(self._entries, indent=2) + "\n")
-        part.replace(self._folder / NAME)
+        write_text(self._folder / NAME, json.dumps(self._entries, indent=2) + "\n")

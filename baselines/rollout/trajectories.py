@@ -1,20 +1,21 @@
 """Episodes as trajectories, for imitation and offline learning.
 
-Each is a compressed NPZ of its own, ``ARM/POLICY/SEED.npz`` below the folder ``trajectories``
-(``ARM/POLICY/N/SEED.npz`` for the N-th of several trainings), with these arrays; T steps, A boats,
-B = 1 + A bodies (the vessel first), K observed numbers:
+Each is a compressed NPZ of its own, ``CONDITION/POLICY/SEED.npz`` in the folder ``trajectories``
+(``CONDITION/POLICY/N/SEED.npz`` for training N of several), with these arrays; T steps, A boats,
+B = 1 + A bodies (the vessel first), K features:
 
 ==================  ======================  ========================================================
 ``observation``     (T + 1, A, K) float32   what each boat observed; the last at the end
-``action``          (T, A, 2) float32       what it did, in [-1, 1]
+``action``          (T, A, 2) float32       in [-1, 1]
 ``reward``          (T, A) float32
 ``motion``          (T + 1, B, 6) float64   the true state: x, y m, heading rad, vx, vy m/s,
                                             yaw rate rad/s
 ``working``         (T + 1, A) bool         whether a boat's thrusters work
 ``goal``            (T + 1, 3) float64      m, m, rad
-``terminated``      () bool                 ended by success or straying; else by the clock
-``about``           () text                 JSON: the episode's row, what its seed is for, the
-                                            names of the observed numbers, the control rate in Hz
+``terminated``      () bool                 whether success or straying ended it, not the time limit
+``about``           () text                 metadata, JSON: the episode's row, the purpose of its
+                                            seed, names and version of the observation's features,
+                                            the action mode, the control rate in Hz
 ==================  ======================  ========================================================
 
 ``reward[t]`` and ``observation[t + 1]`` follow from ``action[t]`` at ``observation[t]``.
@@ -23,7 +24,6 @@ B = 1 + A bodies (the vessel first), K observed numbers:
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,35 +38,35 @@ from asv_env.sensing import observation
 from baselines.learned.network import UNREADABLE
 from baselines.rollout import seeds
 from baselines.rollout.episodes import Episode, PoseLog, Trajectory
+from baselines.rollout.files import write
 
 FOLDER = "trajectories"
 
 
 def folder(out: Path, condition: str, policy: str, training: int | None) -> Path:
-    """Where the trajectories of some episodes lie, below a run's output folder."""
+    """Returns the folder for the trajectories of one run, in an output folder."""
     own = out / FOLDER / condition / policy
     return own if training is None else own / str(training)
 
 
 def remove(out: Path, policy: str) -> None:
-    """Removes all trajectories of a policy below a run's output folder."""
+    """Removes all trajectories of a policy from an output folder."""
     for own in (out / FOLDER).glob(f"*/{policy}"):
         shutil.rmtree(own)
 
 
 def path(folder: Path, seed: int) -> Path:
-    """Of the file of an episode."""
+    """Returns the path of the trajectory of an episode."""
     return folder / f"{seed}.npz"
 
 
-def clear(folder: Path) -> None:
-    """Removes what runs that were killed have left half written."""
-    for part in folder.glob("*.part"):
-        part.unlink()
+def files(folder: Path) -> list[Path]:
+    """Returns all trajectories in a folder and its subfolders, none that is half written."""
+    return sorted(file for file in folder.rglob("*.npz") if file.stem.isdigit())
 
 
 def holds(folder: Path, row: Episode) -> bool:
-    """Whether the trajectory of just this episode is there."""
+    """Whether the trajectory of just this episode is in a folder."""
     try:
         return bool(about(path(folder, row.seed))["episode"] == asdict(row))
     except (FileNotFoundError, ValueError):
@@ -74,12 +74,12 @@ def holds(folder: Path, row: Episode) -> bool:
 
 
 def save(folder: Path, log: PoseLog, params: EnvParams) -> None:
-    """Writes the trajectory of a log, all at once; nothing of an episode with a policy error."""
+    """Writes the trajectory of a log, if it has one, all at once."""
     if log.trajectory is None:
         return
     arrays = {f.name: getattr(log.trajectory, f.name) for f in fields(Trajectory)}
     arrays["reward"] = arrays["reward"].astype(np.float32)
-    told = {
+    metadata = {
         "episode": asdict(log.episode),
         "purpose": seeds.purpose(log.episode.seed),
         "observation_names": observation.NAMES,
@@ -87,41 +87,39 @@ def save(folder: Path, log: PoseLog, params: EnvParams) -> None:
         "action_mode": params.action_mode,
         "control_rate": params.clock.control,
     }
+    arrays["about"] = np.array(json.dumps(metadata))
     folder.mkdir(parents=True, exist_ok=True)
-    part = folder / f"{log.episode.seed}.{os.getpid()}.part"
-    with part.open("wb") as file:
-        np.savez_compressed(file, about=np.array(json.dumps(told)), **arrays)
-    part.replace(path(folder, log.episode.seed))
+    write(path(folder, log.episode.seed), lambda part: np.savez_compressed(part, **arrays))
 
 
 def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:
-    """A trajectory, and what its file says about it.
+    """Returns a trajectory and its metadata.
 
     Raises:
-        ValueError: not such a file.
-        FileNotFoundError: there is none.
+        ValueError: the file is not a recorded trajectory.
+        FileNotFoundError: there is no such file.
     """
-    with _opened(file) as saved:
+    with _open(file) as saved:
         arrays = {f.name: saved[f.name] for f in fields(Trajectory)}
     arrays["terminated"] = bool(arrays["terminated"])
     return Trajectory(**arrays), about(file)
 
 
 def about(file: Path) -> dict[str, Any]:
-    """What the file of a trajectory says about it; its arrays are not read.
+    """Returns the metadata of a trajectory, whose arrays are not read.
 
     Raises:
-        ValueError: not such a file.
-        FileNotFoundError: there is none.
+        ValueError: the file is not a recorded trajectory.
+        FileNotFoundError: there is no such file.
     """
-    with _opened(file) as saved:
-        told: dict[str, Any] = json.loads(str(saved["about"]))
-    return told
+    with _open(file) as saved:
+        metadata: dict[str, Any] = json.loads(str(saved["about"]))
+    return metadata
 
 
 @contextmanager
-def _opened(file: Path) -> Iterator[Any]:
-    """The file's arrays by name; whatever is wrong with it becomes a ValueError that names it."""
+def _open(file: Path) -> Iterator[Any]:
+    """Yields a file's arrays by name; whatever is wrong with it raises a ValueError naming it."""
     try:
         with np.load(file, allow_pickle=False) as saved:
             yield saved

@@ -38,10 +38,11 @@ from asv_env.envs.parallel import AsvParallelEnv
 from asv_env.presets import make_params
 from asv_env.sensing import observation
 from baselines.learned.network import Layers, NetworkPolicy
+from baselines.rollout.files import write_text
 from train import actors, evaluation, tracking
 from train.config import BAR, LEAST_RATE, SEEDS_OF_A_RUN, Config
 from train.curriculum import Starts, training_params
-from train.run import TENSORBOARD, Run, opened, write
+from train.run import TENSORBOARD, Run, opened
 
 BOAT = "boat"
 """Name of the policy that all boats share."""
@@ -314,7 +315,7 @@ class Checkpoints:
         new = Path(tempfile.mkdtemp(prefix=f"{progress.timesteps}-", dir=self._folder))
         algorithm.save_to_path(new.absolute())
         (new / PROGRESS).write_text(json.dumps(asdict(progress)), encoding="utf-8")
-        write(self._last, lambda part: part.write_text(new.name, encoding="utf-8"))
+        write_text(self._last, new.name)
         for other in self._folder.iterdir():
             if other.is_dir() and other != new:
                 shutil.rmtree(other)

@@ -22,8 +22,9 @@ from asv_env.types import Action, Observation
 from baselines.learned import network
 from baselines.learned.network import NetworkPolicy
 from baselines.rollout import seeds
+from baselines.rollout.files import write
 from baselines.rollout.loop import Tick, rollout
-from train.run import BEST, write
+from train.run import BEST
 from train.sb3 import policies
 from train.sb3.ppo import Learner
 

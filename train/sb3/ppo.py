@@ -21,9 +21,10 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.utils import set_random_seed
 from tqdm import tqdm
 
+from baselines.rollout.files import write
 from train import actors, evaluation, tracking
 from train.config import BAR, LEAST_RATE, SEEDS_OF_A_RUN, Config
-from train.run import BEST, TENSORBOARD, Run, opened, write
+from train.run import BEST, TENSORBOARD, Run, opened
 from train.sb3 import policies
 from train.sb3.buffer import Rollouts
 from train.sb3.vec_env import Worlds
