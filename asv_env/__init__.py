@@ -12,12 +12,16 @@ import pettingzoo as _pettingzoo
 from asv_env.envs.joint import JointEnv
 from asv_env.envs.parallel import AsvParallelEnv, parallel_env
 from asv_env.envs.vector import AsvVectorEnv
-from asv_env.params import TASKS, EnvParams
-from asv_env.presets import PRESETS, SCENARIOS, make_params
+from asv_env.params import EnvParams
+from asv_env.presets import HULLS, PRESETS, SCENARIOS, make_params
+from asv_env.sensing.observation import FEATURES
 from asv_env.simulation import Simulation
+from asv_env.tasks import TASKS, Task
 from asv_env.types import Sensed, State, TimeStep
 
 __all__ = [
+    "FEATURES",
+    "HULLS",
     "PRESETS",
     "SCENARIOS",
     "TASKS",
@@ -28,6 +32,7 @@ __all__ = [
     "Sensed",
     "Simulation",
     "State",
+    "Task",
     "TimeStep",
     "__version__",
     "make_params",
@@ -38,6 +43,15 @@ try:
     __version__ = _metadata.version("asv-env")
 except _metadata.PackageNotFoundError:  # run from a checkout that was never installed
     __version__ = "0+unknown"
+
+
+def __getattr__(name: str) -> object:
+    """Imports on demand the adapters that need a library of their own."""
+    if name == "BoatVecEnv":
+        from asv_env.envs.sb3 import BoatVecEnv
+
+        return BoatVecEnv
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def _register() -> None:

@@ -8,6 +8,9 @@ from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
 from typing import Any
 
+TINY = 1e-9
+"""Smallest value of a parameter that must be positive."""
+
 
 def choice(kind: str, value: object, known: Iterable[str]) -> str:
     """Returns ``value`` if it is one of the known names.

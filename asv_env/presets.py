@@ -1,20 +1,23 @@
 """Named sets of parameters, and the one place where options become ``EnvParams``.
 
 A *preset* says which world it is (the nominal one, the paper's experiment, its simulation, its
-tank); a *scenario* says what disturbs it. Both are overrides of the defaults, by section.
+tank); a *scenario* says what disturbs it; a *hull* is a vessel or boat that differs from the nominal
+one. All are overrides of the defaults. One's own are registered, or given as mappings::
+
+    SCENARIOS.register("murky", {"sensors": {"position_noise": 0.03}})
+    make_params(scenario={"sensors": {"position_noise": 0.03}})
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from asv_env.checks import choice
 from asv_env.params import (
     NOMINAL_LENGTH,
-    TASKS,
     BoatParams,
     ClockParams,
     EnvParams,
@@ -27,8 +30,12 @@ from asv_env.params import (
     WaterParams,
     check_num_boats,
 )
+from asv_env.registry import Registry
+from asv_env.sensing import observation as observing
+from asv_env.tasks import TASKS, Task
 
-Overrides = dict[str, dict[str, Any]]
+Overrides = Mapping[str, Mapping[str, Any]]
+"""Fields that differ, by section."""
 
 NOISE = {
     "position_noise": 0.01,
@@ -45,15 +52,21 @@ MISMATCH = {
     "friction": (0.1, 0.6),
 }
 
-SCENARIOS: dict[str, Overrides] = {
-    "nominal": {},
-    "noisy": {"sensors": NOISE},
-    "current": {"water": {"current": "uniform", "current_speed": 0.01}},
-    "gyre": {"water": GYRE},
-    "mismatch": {"variation": MISMATCH},
-    "failure": {"variation": {"failures": 1}},
-    "harsh": {"sensors": NOISE, "water": GYRE, "variation": {**MISMATCH, "failures": 1}},
-}
+SCENARIOS: Registry[Overrides] = Registry(
+    "scenario",
+    {
+        "nominal": {},
+        "noisy": {"sensors": NOISE},
+        "current": {"water": {"current": "uniform", "current_speed": 0.01}},
+        "gyre": {"water": GYRE},
+        "mismatch": {"variation": MISMATCH},
+        "failure": {"variation": {"failures": 1}},
+        "harsh": {"sensors": NOISE, "water": GYRE, "variation": {**MISMATCH, "failures": 1}},
+    },
+)
+"""What disturbs the world, by name."""
+HULLS: Registry[Mapping[str, Any]] = Registry("hull", {"nominal": {}, "no-fins": {"fins": 0.0}})
+"""Hulls by name, for the options ``vessel`` and ``boat``."""
 
 TANK = {
     "arena": 1.5,
@@ -61,21 +74,26 @@ TANK = {
     "goal_distance": (0.4, 1.0),
 }
 
-PRESETS: dict[str, Overrides] = {
-    "nominal": {},
-    "experiment": {
-        "clock": {"physics": 100, "sensing": 20, "control": 10},
-        "task": {"goal": (0.55, -0.95, 0.1), "goal_anchor": "closure"},
+PRESETS: Registry[Overrides] = Registry(
+    "preset",
+    {
+        "nominal": {},
+        "experiment": {
+            "clock": {"physics": 100, "sensing": 20, "control": 10},
+            "task": {"goal": (0.55, -0.95, 0.1), "goal_anchor": "closure"},
+        },
+        "paper_simulation": {
+            "clock": {"physics": 50, "sensing": 50, "control": 50},
+            "water": {"drag": "linear"},
+            "vessel": {"length": NOMINAL_LENGTH},
+            "task": {"goal": (0.55, -0.95, 0.1)},
+        },
+        "tank": {"water": {"walls": 1.5}, "task": TANK},
     },
-    "paper_simulation": {
-        "clock": {"physics": 50, "sensing": 50, "control": 50},
-        "water": {"drag": "linear"},
-        "vessel": {"length": NOMINAL_LENGTH},
-        "task": {"goal": (0.55, -0.95, 0.1)},
-    },
-    "tank": {"water": {"walls": 1.5}, "task": TANK},
-}
+)
+"""Worlds, by name."""
 DEFAULT_TEAM = {"paper_simulation": 10}
+"""Numbers of boats, by preset; 4 elsewhere."""
 
 REST = {
     "water": WaterParams(),
@@ -90,26 +108,31 @@ TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
 
 
 def make_params(
-    task: str = "transport",
+    task: str | Task = "transport",
     num_boats: int | None = None,
-    scenario: str = "nominal",
+    scenario: str | Overrides = "nominal",
     preset: str = "nominal",
     action_mode: str = "tracking",
+    observation: Sequence[str | observing.Feature] | None = None,
     **options: Any,
 ) -> EnvParams:
-    """Parameters from names and options; what is given explicitly wins.
+    """Returns the parameters that names and options stand for; what is given explicitly wins.
+
+    Wherever a name is taken, so is ``"module:ATTRIBUTE"``.
 
     Args:
-        task: "approach", "push" or "transport".
-        num_boats: 2 to 100; None takes the preset's (4, in ``paper_simulation`` 10).
-        scenario: what disturbs the world, a key of ``SCENARIOS``.
-        preset: which world, a key of ``PRESETS``.
+        task: Name of a task, or a ``Task``.
+        num_boats: Team size, 2 to 100; None takes the preset's (4, in ``paper_simulation`` 10).
+        scenario: What disturbs the world: a name of ``SCENARIOS``, or sections with the fields
+            that differ.
+        preset: Which world, a name of ``PRESETS``.
         action_mode: "tracking" or "thrusters".
-        **options: any field of ``TaskParams`` by its name (``goal``, ``side``,
+        observation: Features that a boat observes, see ``sensing.observation``; None takes all.
+        **options: Any field of ``TaskParams`` by its name (``goal``, ``side``,
             ``time_limit`` ...), or a whole section (``boat``, ``vessel``, ``water``,
             ``sensors``, ``clock``, ``task``, ``variation``, ``reward``), as its dataclass or
-            as a mapping of the fields that differ. The section ``task`` goes by the name
-            ``task_params``.
+            as a mapping of the fields that differ. The section ``task`` has the name
+            ``task_params`` here. ``boat`` and ``vessel`` may be names of ``HULLS``.
 
     Returns:
         Validated parameters. The vessel grows with the team unless its length is given;
@@ -117,26 +140,34 @@ def make_params(
 
     Raises:
         ValueError: an unknown name (with the nearest known one) or a value out of range.
-        TypeError: a section that is neither its dataclass nor a mapping.
+        TypeError: a section that is neither its dataclass nor a mapping, or a task that is none.
     """
-    choice("task", task, TASKS)
-    choice("scenario", scenario, SCENARIOS)
+    definition = TASKS.find(task)
+    if not isinstance(definition, Task):
+        raise TypeError(f"task = {task!r}: give the name of a task, or an asv_env.tasks.Task")
     choice("preset", preset, PRESETS)
     team = check_num_boats(DEFAULT_TEAM.get(preset, 4) if num_boats is None else num_boats)
     given = _by_section(options)
-    layers = (PRESETS[preset], SCENARIOS[scenario], given)
+    layers = (PRESETS[preset], _as_mapping(SCENARIOS.find(scenario), "scenario"), given)
 
     boat = _merged(_preset_boat(preset, team), "boat", layers)
     vessel = _vessel(boat, team, preset, layers)
-    nominal_task = TaskParams(name=task)
+    nominal_task = TaskParams(name=definition.name, time_limit=definition.time_limit)
     if "arena" not in PRESETS[preset].get("task", {}):
         nominal_task = nominal_task.scaled(vessel.length / NOMINAL_LENGTH)
     sections = {"boat": boat, "vessel": vessel, "task": _merged(nominal_task, "task", layers)}
-    if sections["task"].name != task:
-        raise ValueError(f"task_params is of the task {sections['task'].name!r}, not of {task!r}")
+    if sections["task"].name != definition.name:
+        choice("task", sections["task"].name, TASKS)
+        raise ValueError(
+            f"task_params: its name is {sections['task'].name!r}, the task is "
+            f"{definition.name!r}; leave the name out"
+        )
     for name, default in REST.items():
         sections[name] = _merged(default, name, layers)
-    return EnvParams(num_boats=team, action_mode=action_mode, **sections)
+    features = None if observation is None else tuple(observation)
+    if features is not None:
+        observing.chosen(features)
+    return EnvParams(definition, team, action_mode, features, **sections)
 
 
 def _preset_boat(preset: str, team: int) -> BoatParams:
@@ -149,7 +180,7 @@ def _preset_boat(preset: str, team: int) -> BoatParams:
 
 
 def _vessel(
-    boat: BoatParams, team: int, preset: str, layers: tuple[dict[str, Any], ...]
+    boat: BoatParams, team: int, preset: str, layers: tuple[Mapping[str, Any], ...]
 ) -> VesselParams:
     """The nominal vessel, as long as the team needs, with what is given on top."""
     lengths = [_field(layer.get("vessel"), "length") for layer in layers]
@@ -163,7 +194,7 @@ def _vessel(
 
 
 def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Options sorted into sections; task fields come flat."""
+    """Returns options sorted into sections; fields of the task come flat."""
     given: dict[str, Any] = {}
     flat: dict[str, Any] = {}
     for name, value in options.items():
@@ -171,18 +202,20 @@ def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
             flat[name] = value
         elif name == "task_params":
             given["task"] = value
+        elif name in ("boat", "vessel"):
+            given[name] = HULLS.find(value)
         elif name in SECTIONS and name != "task":
             given[name] = value
         else:
-            known = sorted({*TASK_OPTIONS, *SECTIONS, "task_params", "num_boats", "scenario"})
-            choice("option", name, [*known, "preset", "action_mode", "render_mode"])
+            known = {*TASK_OPTIONS, *SECTIONS, "task_params", "num_boats", "scenario", "preset"}
+            choice("option", name, sorted(known | {"action_mode", "observation", "render_mode"}))
     if flat:
         given["task"] = {**_as_mapping(given.get("task", {}), "task"), **flat}
     return given
 
 
-def _merged(base: Any, section: str, layers: tuple[dict[str, Any], ...]) -> Any:
-    """One section with the layers' overrides on top, the last the strongest."""
+def _merged(base: Any, section: str, layers: tuple[Mapping[str, Any], ...]) -> Any:
+    """Returns one section with the layers' overrides; later layers win."""
     for layer in layers:
         if section not in layer:
             continue
@@ -211,7 +244,7 @@ def _as_mapping(override: Any, section: str) -> dict[str, Any]:
 
 
 def _field(override: Any, name: str) -> float | None:
-    """A field of an override, None where it is not given."""
+    """Returns a field of an override, None where it is not given."""
     if override is None or isinstance(override, Mapping):
         value = (override or {}).get(name)
     else:

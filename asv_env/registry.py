@@ -7,7 +7,6 @@ thing itself.
 from __future__ import annotations
 
 import importlib
-import re
 import sys
 from collections.abc import Iterator, Mapping
 from typing import Any, Generic, TypeVar
@@ -15,8 +14,6 @@ from typing import Any, Generic, TypeVar
 from asv_env.checks import choice
 
 T = TypeVar("T")
-NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
-"""Pattern of a name: names also stand on command lines and in paths."""
 
 
 class UnknownNameError(ValueError, KeyError):
@@ -43,11 +40,8 @@ class Registry(Mapping[str, T], Generic[T]):
         Raises:
             ValueError: the name is taken, or it cannot be a name.
         """
-        if not isinstance(name, str) or not NAME.fullmatch(name):
-            raise ValueError(
-                f"{self._kind} name {name!r}: begin with a letter or a digit and use these, dots, "
-                "plus, minus and underscores"
-            )
+        if not isinstance(name, str) or not name or ":" in name:
+            raise ValueError(f"{self._kind} name {name!r}: must be a text without a colon")
         if self._entries.get(name, value) != value:
             raise ValueError(f"there is a {self._kind} {name!r} already: choose another name")
         self._entries[name] = value

@@ -1,11 +1,11 @@
 """The environment, batched: many worlds advance by one control step at a time.
 
-Everything that the faces offer is here; they only translate.
+The adapters in ``envs`` only translate.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,14 @@ from asv_env.params import EnvParams
 from asv_env.physics.dynamics import Dynamics
 from asv_env.sensing import observation
 from asv_env.sensing.sensors import Sensors
-from asv_env.tasks import formation, metrics, reward, starts, termination
+from asv_env.tasks import formation, metrics, reward, termination
 from asv_env.tasks.formation import Relations, relate
+from asv_env.tasks.reward import Transition
+from asv_env.tasks.task import InitialStates, Task
 from asv_env.types import (
     Bool,
     Ending,
     Float,
-    InitialState,
     Observation,
     Sensed,
     State,
@@ -32,10 +33,7 @@ from asv_env.types import (
 )
 
 WORLDS_PER_SPACE = 128
-LOSING = 2.0
-"""Closure, once formed, is lost when a boat is this many slot tolerances away from its slot."""
-InitialStates = Callable[[EnvParams, np.random.Generator, Float | None], InitialState]
-"""How an episode begins: from parameters, the world's Generator and a goal that is given."""
+"""Number of worlds that share a Pymunk Space by default."""
 
 
 class Simulation:
@@ -46,19 +44,19 @@ class Simulation:
     has to be reset before the next step but one.
 
     Args:
-        params: see ``presets.make_params``.
+        params: Parameters of the environment, the task among them; see ``presets.make_params``.
         num_worlds: W.
-        worlds_per_space: how many worlds share a Pymunk Space. 128 is fastest; with 1 every
+        worlds_per_space: Number of worlds that share a Pymunk Space. 128 is fastest; with 1 every
             world computes at the origin and its results do not depend on the batch.
-        initial_states: how episodes begin; another one than ``starts.sample`` makes a curriculum. The
-            side from which is pushed and the closure at the start are those of the task.
+        initial_states: Distribution of initial states that replaces the task's, such as a
+            curriculum.
 
     Attributes:
-        params: as given.
+        params: Parameters of the environment.
         num_worlds: W.
-        state: the truth. Not to be written to.
-        relations: of the true motion.
-        ending: how the worlds stood after the last step.
+        state: True state; not to be written to.
+        relations: Relations of the true motion.
+        ending: How the worlds stood after the last step.
     """
 
     state: State
@@ -70,14 +68,15 @@ class Simulation:
         params: EnvParams,
         num_worlds: int = 1,
         worlds_per_space: int = WORLDS_PER_SPACE,
-        initial_states: InitialStates = starts.sample,
+        initial_states: InitialStates | None = None,
     ) -> None:
         for name, value in (("num_worlds", num_worlds), ("worlds_per_space", worlds_per_space)):
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
                 raise ValueError(f"{name} = {value!r}: must be a whole number of at least 1")
         self.params = params
         self.num_worlds = num_worlds
-        self._initial_states = initial_states
+        self._task: Task = params.definition
+        self._initial_states = initial_states or self._task.initial_states
         self._dynamics = Dynamics(params, num_worlds, worlds_per_space)
         self._sensors = Sensors(params, num_worlds)
         self._rngs: dict[int, np.random.Generator] = {}
@@ -86,7 +85,7 @@ class Simulation:
         self._make_records()
 
     def _make_records(self) -> None:
-        """Makes the records of all worlds; ``reset`` fills them."""
+        """Allocates the records of all worlds; ``reset`` fills them."""
         worlds, team = self.num_worlds, self.params.num_boats
         none = np.zeros(worlds, dtype=np.bool_)
         self.ending = Ending(none, none, none)
@@ -100,13 +99,13 @@ class Simulation:
             side=np.ones(worlds),
             touching=np.zeros((worlds, team, 2), dtype=np.bool_),
             closed=none.copy(),
-            held=np.zeros(worlds, dtype=np.int64),
+            occupied_ticks=np.zeros(worlds, dtype=np.int64),
             anchored=none.copy(),
         )
         self._relative_goal = np.zeros((worlds, 3))
         self.relations = _relations(self.state)
-        self._holds = formation.holding(self.relations, self.params.task)
-        self._potentials = reward.potentials(self.relations, self.state, self.params)
+        self._occupied = formation.occupied(self.relations, self.params.task)
+        self._potentials = self._potentials_of(self.relations, self.state)
         self._tally = metrics.fresh(self.relations, self.state)
 
     # ------------------------------------------------------------------ episodes
@@ -121,9 +120,9 @@ class Simulation:
 
         Args:
             mask: (W,) worlds to reset; None resets all.
-            seeds: one for each world that is reset; a world whose seed is None goes on with
-                its own Generator.
-            goal: (3,) pose that overrides the goal of these episodes, m, m, rad.
+            seeds: One seed for each world that is reset; with None a world continues with its
+                own Generator.
+            goal: (3,) pose that replaces the goals of these episodes, m, m, rad.
 
         Returns:
             Observations (n, A, K) of the worlds that were reset.
@@ -170,7 +169,7 @@ class Simulation:
                 self._rngs[world] = np.random.default_rng(seed)
 
     def _begin(self, world: int, goal: Float | None) -> None:
-        """Places one world at the start of an episode."""
+        """Places one world at the beginning of an episode."""
         state, task = self.state, self.params.task
         start = self._initial_states(self.params, self._rngs[world], goal)
         self._dynamics.place(world, start)
@@ -178,13 +177,13 @@ class Simulation:
         self._relative_goal[world] = start.goal
         state.motion[world] = start.motion
         state.goal[world] = start.goal
-        state.tick[world] = state.held[world] = 0
+        state.tick[world] = state.occupied_ticks[world] = 0
         state.thrust[world] = 0.0
         state.working[world] = True
         state.touching[world] = False
         state.side[world] = start.side
-        state.closed[world] = task.name == "push"
-        state.anchored[world] = task.goal_anchor == "world" or task.name == "push"
+        state.closed[world] = self._task.starts_grasped
+        state.anchored[world] = task.goal_anchor == "world" or self._task.starts_grasped
         self._assign(world)
 
     def _assign(self, world: int) -> None:
@@ -218,12 +217,13 @@ class Simulation:
         self.ending = termination.ending(self.relations, state, water, self.params)
         self._steps_over += self.ending.terminated | self.ending.truncated | (self._steps_over > 0)
 
-        after = reward.potentials(self.relations, state, self.params)
-        terms = reward.terms(self._potentials, after, state, self.ending, self.params)
-        rewards = reward.total(terms)
+        after = self._potentials_of(self.relations, state)
+        transition = Transition(self.relations, before, state, self.ending, self.params)
+        terms = reward.weighted(self._task.reward, self._potentials, after, transition)
+        rewards = reward.total(self._task.reward, terms, self.params.num_boats)
         self._potentials = after
         metrics.update(
-            self._tally, before, state, self.relations, self._holds, rewards, self.params
+            self._tally, before, state, self.relations, self._occupied, rewards, self.params
         )
         self._change_roles()
         return TimeStep(self._observe(), rewards, self.ending, terms)
@@ -264,18 +264,17 @@ class Simulation:
         state.touching = self._dynamics.touching()
 
     def _judge_closure(self) -> None:
-        """Brings up to date which boats hold their slots, ``closed`` and ``held``."""
+        """Updates which boats occupy their slots, ``closed`` and ``occupied_ticks``."""
         state, task = self.state, self.params.task
-        self._holds = formation.holding(self.relations, task)
-        idle = ~state.working
-        all_hold = np.logical_and.reduce(self._holds | idle, axis=1)
-        near = self.relations.slot_error <= LOSING * task.slot_distance
-        state.closed = all_hold | (state.closed & np.logical_and.reduce(near | idle, axis=1))
-        state.held = (state.held + 1) * all_hold
+        self._occupied = formation.occupied(self.relations, task)
+        formed = formation.everyone(self._occupied, state.working)
+        state.closed = formation.closure(self.relations, formed, state.closed, state.working, task)
+        state.occupied_ticks = (state.occupied_ticks + 1) * formed
 
     def _change_roles(self) -> None:
-        """Failures, swapped slots and the anchoring of goals; from the next step on."""
-        state, swaps = self.state, self._swapped()
+        """Applies failures, new slots and the anchoring of goals from the next step on."""
+        state = self.state
+        swaps = formation.misassigned(self.relations, state.closed, state.working, self.params.task)
         if not (self._roles_may_change or swaps.any()):
             return
         fails = self._failure_tick == state.tick[:, None]
@@ -294,32 +293,25 @@ class Simulation:
         self._restart(changed)
         metrics.restart_errors(self._tally, self.relations, np.flatnonzero(anchors))
 
-    def _swapped(self) -> Bool:
-        """(W,) worlds not closed whose boats all face the hull at rest, some off their slots.
-
-        The vessel is grasped whoever is in which slot, so they are assigned anew.
-        """
-        state, still = self.state, formation.at_rest(self.relations, self.params.task)
-        everyone = np.logical_and.reduce(still | ~state.working, axis=1)
-        swapped: Bool = everyone & ~state.closed
-        return swapped
-
     def _restart(self, index: np.ndarray) -> None:
-        """What depends on slots and goals, in worlds where they are new.
+        """Derives again what depends on slots and goals, in worlds where they have changed.
 
-        The potentials start afresh, so that there is no reward for the change itself.
+        The potentials are those after the change, which itself earns no reward.
         """
         state = rows(self.state, index)
         relations = _relations(state)
         put_rows(self.relations, index, relations)
-        self._holds[index] = formation.holding(relations, self.params.task)
-        self._potentials[index] = reward.potentials(relations, state, self.params)
+        self._occupied[index] = formation.occupied(relations, self.params.task)
+        self._potentials[index] = self._potentials_of(relations, state)
+
+    def _potentials_of(self, relations: Relations, state: State) -> Float:
+        return reward.potentials(self._task.reward, relations, state, self.params)
 
     # ------------------------------------------------------------------ what is known
 
     @property
     def sensed(self) -> Sensed:
-        """What the boats know now; the input of scripted policies."""
+        """What the boats know now: the input of every policy."""
         state = self.state
         return Sensed(
             measured=self._sensors.measured,
@@ -335,20 +327,21 @@ class Simulation:
         )
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
-        sensed, relations, holds = self.sensed, self.relations, self._holds
+        sensed, relations, occupied = self.sensed, self.relations, self._occupied
         if index is not None:
-            sensed, relations, holds = rows(sensed, index), rows(relations, index), holds[index]
+            sensed, relations = rows(sensed, index), rows(relations, index)
+            occupied = occupied[index]
         if not self.params.sensors.exact:
             relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
-            holds = formation.holding(relations, self.params.task)
-        return observation.observe(sensed, relations, holds, self.params)
+            occupied = formation.occupied(relations, self.params.task)
+        return observation.observe(sensed, relations, occupied, self.params)
 
     def summary(self) -> dict[str, Any]:
-        """Metrics of the episodes so far, each (W,); see ``metrics.summary``."""
+        """Returns the metrics of the episodes so far, each (W,); see ``metrics.summary``."""
         return metrics.summary(self._tally, self.state, self.relations, self.ending, self.params)
 
     def current(self, position: Float) -> Float:
-        """Velocity of the water (..., 2) at positions (..., 2) of a world, m/s."""
+        """Returns the velocity (..., 2) of the water at positions (..., 2) of a world, m/s."""
         flow = self._dynamics.current(plane(np.ascontiguousarray(position, dtype=np.float64)))
         return np.stack([flow.real, flow.imag], axis=-1)
 
@@ -358,7 +351,7 @@ def _relations(state: State) -> Relations:
 
 
 def _anchored(relative: Float, vessel: Float) -> Float:
-    """A goal (3,) given in the frame of the vessel's motion (6,), in the world."""
+    """Returns a goal (3,) that is given in the frame of the vessel's motion (6,), in the world."""
     turn = np.exp(1j * vessel[2])
     point = vessel[0] + 1j * vessel[1] + turn * (relative[0] + 1j * relative[1])
     return np.array([point.real, point.imag, float(wrap(vessel[2] + relative[2]))])

@@ -55,7 +55,7 @@ class State:
         side: (W,) +1 where the team pushes from the vessel's +n side, -1 from the other.
         touching: (W, A, 2) whether the hull touches the vessel, another boat.
         closed: (W,) whether conditional closure has been formed and not lost since.
-        held: (W,) control ticks for which every slot has been held without a break.
+        occupied_ticks: (W,) control ticks for which every slot has been occupied without a break.
         anchored: (W,) whether the goal is final, see ``TaskParams.goal_anchor``.
     """
 
@@ -68,7 +68,7 @@ class State:
     side: Float
     touching: Bool
     closed: Bool
-    held: Int
+    occupied_ticks: Int
     anchored: Bool
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from asv_env import geometry
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.simulation import LOSING
 from asv_env.tasks import formation
 from asv_env.tasks.formation import relate
 from asv_env.types import Bool, Complex, Float, Sensed
@@ -97,16 +96,12 @@ class SideAway:
             )
 
     def _judged(self, seen: Sensed, memory: SideMemory) -> tuple[Bool, Bool]:
-        """(W,) whether the slots that were told are in closure, and whether they are swapped."""
-        task, idle = self._params.task, ~memory.working
-        relations = relate(seen.estimate, seen.goal, memory.slot, np.ones(len(idle)))
-
-        def everyone(does: Bool) -> Bool:
-            return np.logical_and.reduce(does | idle, axis=1)
-
-        near = everyone(relations.slot_error <= LOSING * task.slot_distance)
-        closed = everyone(formation.holding(relations, task)) | (memory.closed & near)
-        return closed, everyone(formation.at_rest(relations, task)) & ~closed
+        """Returns (W,) whether the vessel is in closure, and (W,) whether slots are misassigned."""
+        task, working = self._params.task, memory.working
+        relations = relate(seen.estimate, seen.goal, memory.slot, np.ones(len(working)))
+        formed = formation.everyone(formation.occupied(relations, task), working)
+        closed = formation.closure(relations, formed, memory.closed, working, task)
+        return closed, formation.misassigned(relations, closed, working, task)
 
 
 def goal_across(sensed: Sensed) -> Float:

@@ -10,7 +10,11 @@ from baselines.rollout import provenance
 ROOT = Path(__file__).resolve().parent.parent
 PARTS = (
     *("asv_env/physics/water.py", "asv_env/sensing/observation.py", "asv_env/tasks/metrics.py"),
-    *("baselines/scripted/grasp_controller.py", "baselines/paper/two_arc.py", "baselines/mirror.py"),
+    *(
+        "baselines/scripted/grasp_controller.py",
+        "baselines/paper/two_arc.py",
+        "baselines/mirror.py",
+    ),
     *("baselines/learned/network.py", "baselines/rollout/loop.py", "baselines/policy.py"),
 )
 OTHERS = (
@@ -62,7 +66,9 @@ def test_a_part_that_is_moved_is_followed(tree):
     """A new module counts as soon as something that counts imports it, even as a string."""
     (tree / "baselines/scripted/gripper.py").write_text("FORCE = 1.0\n")
     for line in ("from baselines.scripted import gripper", 'LAZY = "baselines.scripted.gripper:F"'):
-        assert edited(tree, "baselines/scripted/grasp_controller.py", lambda text, line=line: text + line)
+        assert edited(
+            tree, "baselines/scripted/grasp_controller.py", lambda text, line=line: text + line
+        )
         grasp = tree / "baselines/scripted/grasp_controller.py"
         text = grasp.read_text()
         grasp.write_text(text + line)

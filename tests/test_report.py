@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from asv_env.render import colours
+from asv_env.tasks import TASKS
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.report import charts, document, figures, maps, replay, svg
 from baselines.evaluate.results import Results
@@ -22,8 +23,6 @@ from baselines.evaluate.tables import formats, table
 from baselines.rollout.episodes import (
     CAUSES,
     COLUMNS,
-    NOT_OF_APPROACH,
-    NOT_OF_PUSH,
     Episode,
     PoseLog,
 )
@@ -79,9 +78,7 @@ def invented_row(condition, policy, training, seed, share):
         "closure_lost": 0,
         "error": "ValueError: <no> | use" if broken else None,
     }
-    values |= dict.fromkeys(
-        {"approach": NOT_OF_APPROACH, "push": NOT_OF_PUSH}.get(condition.task, ())
-    )
+    values |= dict.fromkeys(TASKS[condition.task].not_applicable)
     return Episode(**values)
 
 

@@ -15,6 +15,7 @@ from asv_env.sensing import observation
 from asv_env.simulation import Simulation
 from asv_env.tasks import formation, reward, starts
 from asv_env.tasks.formation import relate
+from asv_env.tasks.reward import Transition
 from asv_env.tasks.termination import delivered
 from asv_env.types import Ending
 
@@ -183,7 +184,7 @@ def holds(params, moved):
     motion = turned(motion, vessel[2], vessel[0] + 1j * vessel[1])
     slot = in_slots(params, gap=0.0)[1:, :2] @ [1, 1j]
     relations = relate(motion[None], np.zeros((1, 3)), slot[None], np.ones(1))
-    held = formation.holding(relations, params.task)[0]
+    held = formation.occupied(relations, params.task)[0]
     assert held[1:].all()
     return bool(held[0])
 
@@ -214,7 +215,7 @@ def test_boat_that_moves_and_turns_with_the_vessel_holds_its_slot():
     motion[:, 3], motion[:, 4], motion[:, 5] = 0.1 - 0.5 * y, 0.05 + 0.5 * x, 0.5
     slot = motion[1:, :2] @ [1, 1j]
     relations = relate(motion[None], np.zeros((1, 3)), slot[None], np.ones(1))
-    assert formation.holding(relations, params.task).all()
+    assert formation.occupied(relations, params.task).all()
 
 
 def test_push_starts_in_closure_and_the_other_tasks_do_not():
@@ -240,10 +241,10 @@ def test_boat_out_of_its_slot_keeps_approach_from_succeeding():
     sim = begun_at(params, in_slots(params))
     for _ in range(6):
         step(sim)
-    assert sim.state.held[0] == 6
+    assert sim.state.occupied_ticks[0] == 6
     for _ in range(30):
         ending = step(sim, [(0, 0), (-0.5, 0), (0, 0), (0, 0)]).ending
-    assert sim.state.held[0] == 0
+    assert sim.state.occupied_ticks[0] == 0
     assert not ending.terminated.any()
 
 
@@ -456,7 +457,7 @@ def test_errors_before_the_goal_is_anchored_do_not_count_as_the_smallest():
 def random_walk(params, ticks, num_worlds=2, hold=5, seed=0):
     """A simulation after random actions, and what every step gave back."""
     sim, rng = begun(params, num_worlds), np.random.default_rng(seed)
-    before = reward.potentials(sim.relations, sim.state, params)
+    before = reward.potentials(reward.TERMS, sim.relations, sim.state, params)
     steps = []
     for tick in range(ticks):
         if tick % hold == 0:
@@ -478,7 +479,7 @@ def test_reward_is_the_sum_of_its_terms(task):
 def test_progress_terms_sum_to_the_difference_of_their_potentials():
     params = make_params(scenario="gyre")
     sim, before, steps = random_walk(params, 150)
-    after = reward.potentials(sim.relations, sim.state, params)
+    after = reward.potentials(reward.TERMS, sim.relations, sim.state, params)
     for column, name in enumerate(("closure", "delivery", "precision")):
         gained = sum(done.terms[name][:, 0] for done in steps)
         risen = after[:, column] - before[:, column]
@@ -493,7 +494,7 @@ def way(x, y, turn, side=1.0, size=1.0):
     relations = SimpleNamespace(
         goal=goal, goal_error=np.abs(goal), heading_error=np.array([-turned])
     )
-    return reward.way(relations, np.array([side]), size)[0]
+    return reward.cost_to_go(relations, np.array([side]), size)[0]
 
 
 RADIAN, SIDEWAYS = reward.HEADING_WEIGHT, reward.SIDEWAYS
@@ -543,22 +544,34 @@ def test_the_first_turn_is_a_step_forward(bearing, distance, turn):
     assert way(seen.real, seen.imag, turn - part) <= before + 1e-9
 
 
-def judged(params, before, after, reached=False, strayed=False, tick=1):
-    """Weighted terms of one tick between two potentials (4,), of idle boats."""
+def judged(params, before, after, reached=False, strayed=False, tick=1, distance=0.0):
+    """Weighted terms of one tick between two potentials (3,), of idle boats."""
     sim = begun(params)
     sim.state.tick = np.array([tick])
+    sim.relations.goal_error[...], sim.relations.heading_error[...] = distance, 0.0
     ending = Ending(np.array([reached]), np.array([strayed]), np.array([False]))
-    before, after = np.reshape(before, (1, 4)), np.reshape(after, (1, 4))
-    return reward.terms(before, after, sim.state, ending, params)
+    before, after = np.reshape(before, (1, 3)), np.reshape(after, (1, 3))
+    now = Transition(sim.relations, sim.state, sim.state, ending, params)
+    return reward.weighted(reward.TERMS, before, after, now)
 
 
-potentials = st.tuples(st.floats(-50, 0), st.floats(-50, 0), st.floats(0, 1), st.floats(0, 1))
+def total(terms):
+    return reward.total(reward.TERMS, terms, 4)
 
 
-@given(before=potentials, after=potentials, strayed=st.booleans(), tick=st.integers(1, 1800))
-def test_every_term_is_bounded(before, after, strayed, tick):
+potentials = st.tuples(st.floats(-50, 0), st.floats(-50, 0), st.floats(0, 1))
+
+
+@given(
+    before=potentials,
+    after=potentials,
+    strayed=st.booleans(),
+    tick=st.integers(1, 1800),
+    distance=st.floats(0, 1),
+)
+def test_every_term_is_bounded(before, after, strayed, tick, distance):
     params = make_params()
-    terms = judged(params, before, after, not strayed, strayed, tick)
+    terms = judged(params, before, after, not strayed, strayed, tick, distance)
     weight, second = params.reward, 1 / params.clock.control
     bounds = {
         "closure": weight.closure,
@@ -577,8 +590,8 @@ def test_every_term_is_bounded(before, after, strayed, tick):
 @given(tick=st.integers(1, 1799), at=potentials)
 def test_straying_is_worse_than_running_out_of_time(tick, at):
     params = make_params()
-    strays = reward.total(judged(params, at, at, strayed=True, tick=tick))
-    idles = reward.total(judged(params, at, at, tick=tick)) * (1801 - tick)
+    strays = total(judged(params, at, at, strayed=True, tick=tick))
+    idles = total(judged(params, at, at, tick=tick)) * (1801 - tick)
     assert np.all(strays < idles - 1)
 
 
@@ -596,9 +609,9 @@ def test_way_out_of_the_arena_earns_less_than_waiting():
 
 def test_success_pays_and_straying_costs_what_their_weights_say():
     params = make_params(reward={"success": 7.0, "accuracy": 0.5, "strayed": 3.0, "time": 0.1})
-    at, exactly = (-1.0, -1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 1.0)
-    assert judged(params, at, exactly, reached=True)["success"] == approx(7.0)
-    assert judged(params, at, at, reached=True)["success"] == approx(3.5)
+    at = (-1.0, -1.0, 0.0)
+    assert judged(params, at, at, reached=True)["success"] == approx(7.0)
+    assert judged(params, at, at, reached=True, distance=1.0)["success"] == approx(3.5)
     late = judged(params, at, at, strayed=True, tick=1800)
     assert late["strayed"] == approx(-3.0)
     early = judged(params, at, at, strayed=True, tick=800)
@@ -757,10 +770,10 @@ def test_what_counts_at_the_goal_is_magnified(turn):
     seen = begin_at(Simulation(make_params(arena=10.0)), [motion], goal=goal)[0, 0]
     velocity = (0.01 - 0.02j) * np.exp(-0.3j)
     magnified = {
-        "vessel's turn to go, magnified": np.clip(turn / 0.1, -1, 1),
-        "vessel's yaw rate, magnified": 0.1 / 0.15,
-        "vessel's velocity, magnified, x": velocity.real / 0.04,
-        "vessel's velocity, magnified, y": velocity.imag / 0.04,
+        "turn_to_goal_fine": np.clip(turn / 0.1, -1, 1),
+        "vessel_yaw_rate_fine": 0.1 / 0.15,
+        "vessel_velocity_fine_x": velocity.real / 0.04,
+        "vessel_velocity_fine_y": velocity.imag / 0.04,
     }
     for name, expected in magnified.items():
         assert seen[column(name)] == pytest.approx(expected, abs=1e-6)
@@ -773,10 +786,10 @@ def test_a_boat_knows_the_sizes_of_its_team_and_of_the_vessel(team):
     seen = sim.reset()[0]
     sim.state.working[0, 0] = False
     after = step(sim, 0.0).observation[0]
-    size = column("inverse of the team's size")
+    size = column("inverse_team_size")
     np.testing.assert_allclose(seen[:, size], 2 / team)
     np.testing.assert_allclose(after[:, size], 2 / (team - 1))
-    length = column("inverse of the vessel's length")
+    length = column("inverse_vessel_length")
     np.testing.assert_allclose(after[:, length], 0.4 / params.vessel.length, rtol=1e-6)
 
 

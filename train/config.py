@@ -13,8 +13,9 @@ from typing import Any, Literal
 import tyro
 
 from asv_env.checks import check_numbers, check_whole, choice
-from asv_env.params import TASKS, ClockParams, check_num_boats
+from asv_env.params import ClockParams, check_num_boats
 from asv_env.presets import SCENARIOS
+from asv_env.tasks import TASKS
 from baselines.rollout import seeds
 
 Task = Literal["approach", "push", "transport"]

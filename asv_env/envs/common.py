@@ -16,8 +16,8 @@ from asv_env.checks import choice
 from asv_env.envs.infos import summaries
 from asv_env.params import EnvParams
 from asv_env.sensing import observation
-from asv_env.simulation import WORLDS_PER_SPACE, InitialStates, Simulation
-from asv_env.tasks import starts
+from asv_env.simulation import WORLDS_PER_SPACE, Simulation
+from asv_env.tasks import InitialStates
 from asv_env.types import Action, Observation, TimeStep
 
 RENDER_MODES = ("human", "rgb_array")
@@ -63,7 +63,7 @@ class Adapter:
         render_mode: str | None,
         num_worlds: int = 1,
         worlds_per_space: int = WORLDS_PER_SPACE,
-        initial_states: InitialStates = starts.sample,
+        initial_states: InitialStates | None = None,
         **metadata: Any,
     ) -> None:
         """Makes the simulation; see ``presets.make_params`` and ``Simulation``."""
@@ -142,9 +142,10 @@ class Adapter:
             self._frame()
 
 
-def boat_spaces(*leading: int) -> tuple[Box[np.float32], Box[np.float32]]:
+def boat_spaces(params: EnvParams, *leading: int) -> tuple[Box[np.float32], Box[np.float32]]:
     """Returns the spaces of observations (..., K) and actions (..., 2) with these leading axes."""
-    high = np.broadcast_to(observation.BOUND, (*leading, len(observation.BOUND)))
+    bound = observation.bounds(observation.features(params))
+    high = np.broadcast_to(bound, (*leading, len(bound)))
     return Box(-high, high, dtype=np.float32), Box(-1.0, 1.0, (*leading, 2), dtype=np.float32)
 
 

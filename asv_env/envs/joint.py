@@ -9,7 +9,8 @@ import numpy as np
 
 from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
 from asv_env.envs.infos import joint_terms, team_mean
-from asv_env.presets import make_params
+from asv_env.presets import Overrides, make_params
+from asv_env.tasks import Task
 from asv_env.types import Action, Observation
 
 
@@ -24,7 +25,7 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
     episode also holds its metrics, see ``metrics.summary``.
 
     Args:
-        task: "approach", "push" or "transport".
+        task: Name of a task, "module:NAME", or a ``Task``.
         num_boats: A, 2 to 100; None takes the preset's.
         scenario: name of the disturbances, see ``presets.SCENARIOS``.
         render_mode: None, "rgb_array" or "human".
@@ -37,14 +38,14 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
 
     def __init__(
         self,
-        task: str = "transport",
+        task: str | Task = "transport",
         num_boats: int | None = None,
-        scenario: str = "nominal",
+        scenario: str | Overrides = "nominal",
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
         self._open(make_params(task, num_boats, scenario, **options), render_mode)
-        self.observation_space, self.action_space = boat_spaces(self.params.num_boats)
+        self.observation_space, self.action_space = boat_spaces(self.params, self.params.num_boats)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -12,10 +12,9 @@ from pettingzoo import ParallelEnv
 
 from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
 from asv_env.envs.infos import boat_terms
-from asv_env.presets import make_params
+from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
-from asv_env.simulation import InitialStates
-from asv_env.tasks import starts
+from asv_env.tasks import InitialStates, Task
 from asv_env.types import Action, Observation
 
 Infos = dict[str, dict[str, Any]]
@@ -33,7 +32,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     episode also holds its metrics, see ``metrics.summary``.
 
     Args:
-        task: "approach", "push" or "transport".
+        task: Name of a task, "module:NAME", or a ``Task``.
         num_boats: A, 2 to 100; None takes the preset's.
         render_mode: None, "rgb_array" or "human".
         scenario: name of the disturbances, see ``presets.SCENARIOS``.
@@ -58,11 +57,11 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
 
     def __init__(
         self,
-        task: str = "transport",
+        task: str | Task = "transport",
         num_boats: int | None = None,
         render_mode: str | None = None,
-        scenario: str = "nominal",
-        initial_states: InitialStates = starts.sample,
+        scenario: str | Overrides = "nominal",
+        initial_states: InitialStates | None = None,
         **options: Any,
     ) -> None:
         params = make_params(task, num_boats, scenario, **options)
@@ -75,7 +74,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         self.possible_agents = [f"asv_{boat}" for boat in range(params.num_boats)]
         self.agents: list[str] = []
         # Every agent has spaces of its own, so that seeding one leaves the others alone.
-        spaces = {agent: boat_spaces() for agent in self.possible_agents}
+        spaces = {agent: boat_spaces(self.params) for agent in self.possible_agents}
         self.observation_spaces = {agent: observed for agent, (observed, _) in spaces.items()}
         self.action_spaces = {agent: acted for agent, (_, acted) in spaces.items()}
         bound = global_state_bound(params.num_boats)
@@ -181,11 +180,11 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
 
 
 def parallel_env(
-    task: str = "transport",
+    task: str | Task = "transport",
     num_boats: int | None = None,
     render_mode: str | None = None,
-    scenario: str = "nominal",
-    initial_states: InitialStates = starts.sample,
+    scenario: str | Overrides = "nominal",
+    initial_states: InitialStates | None = None,
     **options: Any,
 ) -> AsvParallelEnv:
     """Returns a PettingZoo environment whose agents are the boats; see ``AsvParallelEnv``."""

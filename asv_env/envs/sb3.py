@@ -11,11 +11,11 @@ from gymnasium.spaces import Box, Dict
 
 from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
 from asv_env.envs.infos import summaries
-from asv_env.presets import make_params
+from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
-from asv_env.sensing.observation import NAMES
-from asv_env.simulation import WORLDS_PER_SPACE, InitialStates
-from asv_env.tasks import starts
+from asv_env.sensing.observation import bounds, features
+from asv_env.simulation import WORLDS_PER_SPACE
+from asv_env.tasks import InitialStates, Task
 from asv_env.types import Action, Bool, Observation, rows
 
 try:
@@ -49,7 +49,7 @@ class BoatVecEnv(Adapter, VecEnv):
     ``evaluate_policy`` counts episodes in rows too: multiply ``n_eval_episodes`` by the boats.
 
     Args:
-        task: "approach", "push" or "transport".
+        task: Name of a task, "module:NAME", or a ``Task``.
         num_envs: W, the number of worlds.
         num_boats: A, 2 to 100; None takes the preset's.
         scenario: name of the disturbances, see ``presets.SCENARIOS``.
@@ -72,14 +72,14 @@ class BoatVecEnv(Adapter, VecEnv):
 
     def __init__(
         self,
-        task: str = "transport",
+        task: str | Task = "transport",
         num_envs: int = 64,
         num_boats: int | None = None,
-        scenario: str = "nominal",
+        scenario: str | Overrides = "nominal",
         render_mode: str | None = None,
         stagger: bool = False,
         worlds_per_space: int = WORLDS_PER_SPACE,
-        initial_states: InitialStates = starts.sample,
+        initial_states: InitialStates | None = None,
         with_state: bool = False,
         **options: Any,
     ) -> None:
@@ -92,7 +92,8 @@ class BoatVecEnv(Adapter, VecEnv):
         self._actions: Action | None = None
         self._began = time.time()
         observation_space: gymnasium.Space[Any]
-        observation_space, action_space = boat_spaces()
+        observation_space, action_space = boat_spaces(params)
+        self._features = bounds(features(params)).size
         if with_state:
             bound = global_state_bound(self._team)
             observation_space = Dict({"obs": observation_space, "state": Box(-bound, bound)})
@@ -111,7 +112,7 @@ class BoatVecEnv(Adapter, VecEnv):
         self._require("reset", Stage.NEW, Stage.RUNNING)
         seeds = self._seeds[:: self._team]
         goals = [_hashable(goal_option(options)) for options in self._options[:: self._team]]
-        observation = np.zeros((self.num_worlds, self._team, len(NAMES)), dtype=np.float32)
+        observation = np.zeros((self.num_worlds, self._team, self._features), dtype=np.float32)
         for goal in dict.fromkeys(goals):
             mask = np.array([other == goal for other in goals])
             chosen = [seeds[world] for world in np.flatnonzero(mask)]

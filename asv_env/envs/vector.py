@@ -12,8 +12,9 @@ from gymnasium.vector.utils import batch_space
 from asv_env.checks import choice
 from asv_env.envs.common import Adapter, ResetNeededError, Stage, boat_spaces, goal_option
 from asv_env.envs.infos import masked, team_mean
-from asv_env.presets import make_params
+from asv_env.presets import Overrides, make_params
 from asv_env.simulation import WORLDS_PER_SPACE
+from asv_env.tasks import Task
 from asv_env.types import Action, Bool, Float, Observation, TimeStep
 
 Infos = dict[str, Any]
@@ -33,7 +34,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
 
     Args:
         num_envs: W.
-        task: "approach", "push" or "transport".
+        task: Name of a task, "module:NAME", or a ``Task``.
         num_boats: A, 2 to 100; None takes the preset's.
         scenario: name of the disturbances, see ``presets.SCENARIOS``.
         render_mode: None, "rgb_array" or "human", which shows world 0.
@@ -54,9 +55,9 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
     def __init__(
         self,
         num_envs: int = 1,
-        task: str = "transport",
+        task: str | Task = "transport",
         num_boats: int | None = None,
-        scenario: str = "nominal",
+        scenario: str | Overrides = "nominal",
         render_mode: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         worlds_per_space: int = WORLDS_PER_SPACE,
@@ -69,7 +70,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         self._open(params, render_mode, num_envs, worlds_per_space, autoreset_mode=autoreset_mode)
         self._mode = autoreset_mode
         self.num_envs = num_envs
-        spaces = boat_spaces(params.num_boats)
+        spaces = boat_spaces(params, params.num_boats)
         self.single_observation_space, self.single_action_space = spaces
         self.observation_space, self.action_space = (batch_space(s, num_envs) for s in spaces)
         self._over = np.zeros(num_envs, dtype=np.bool_)

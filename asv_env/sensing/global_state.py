@@ -15,6 +15,7 @@ import numpy as np
 from asv_env.geometry import direction
 from asv_env.params import EnvParams
 from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
+from asv_env.tasks.termination import hold_ticks
 from asv_env.types import Bool, Float, Observation, State
 
 REACH = 1.5
@@ -64,8 +65,7 @@ def _slots(state: State, params: EnvParams) -> Float:
 
 
 def _task(state: State, params: EnvParams) -> Float:
-    ticks = max(1, round(params.task.hold_time * params.clock.control))
-    flags = [state.side, state.closed, state.anchored, state.held / ticks]
+    flags = [state.side, state.closed, state.anchored, state.occupied_ticks / hold_ticks(params)]
     return np.stack(flags, axis=-1)[:, None]
 
 

@@ -1,4 +1,4 @@
-"""Where the boats belong round the hull, who goes where, and whether the vessel is grasped.
+"""The team round the vessel: slots, their assignment, and conditional closure.
 
 Slots and relations are given in the vessel's frame, as complex numbers u + iw: u along its
 length, w along n, the side from which it is pushed in the nominal case.
@@ -16,9 +16,12 @@ from asv_env.geometry import direction, plane
 from asv_env.params import SMALLEST_CAGE, EnvParams, TaskParams
 from asv_env.types import Bool, Complex, Float
 
+CLOSURE_LOST = 2.0
+"""Distance of a boat from its slot at which closure is lost, slot tolerances."""
+
 
 def slots(params: EnvParams, team: int) -> Complex:
-    """Slots (team,) of the boats' centres on the +n side, from -u to +u, m.
+    """Returns the slots (team,) of the boats' centres on the +n side, from -u to +u, m.
 
     From four boats on, the first and last cage the ends and the others are spread along the
     side, at the pitch length / (team - 1); two or three all push from the side.
@@ -35,17 +38,17 @@ def slots(params: EnvParams, team: int) -> Complex:
 
 
 def slot_direction(side: Float) -> Complex:
-    """Direction (...,) in the vessel's frame that boats in their slots face: across it."""
+    """Returns the direction (...,) in which boats in their slots point: across the vessel."""
     across: Complex = -1j * side
     return across
 
 
 def assign(boats: Complex, points: Complex) -> np.ndarray:
-    """Which of the points each boat takes, so that the total distance is least.
+    """Assigns points to boats so that the total distance is least.
 
     Args:
-        boats: (A,) positions.
-        points: (A,) slots in the same frame.
+        boats: (A,) positions, m.
+        points: (A,) slots in the same frame, m.
 
     Returns:
         (A,) index into ``points``.
@@ -54,17 +57,17 @@ def assign(boats: Complex, points: Complex) -> np.ndarray:
 
 
 def assign_slots(params: EnvParams, motion: Float, working: Bool, side: float) -> Complex:
-    """Slot (A,) of every boat of one world; boats that fail keep out of the assignment.
+    """Assigns the slots of one world; boats that have failed get none.
 
     Args:
-        params: the environment's.
+        params: Parameters of the environment.
         motion: (B, 6) motion of the world.
         working: (A,) whether each boat's thrusters work.
-        side: +1 or -1, the side from which the vessel is pushed.
+        side: Side from which the vessel is pushed, +1 or -1.
 
     Returns:
-        (A,) vessel-frame slots of a team of the working boats' size; a boat that does not
-        work is given the place where it is.
+        (A,) slots in the vessel's frame, those of a team of the working boats, m; a boat that
+        does not work keeps its place.
     """
     boats = (plane(motion)[1:] - plane(motion)[0]) * np.exp(-1j * motion[0, 2])
     slot = boats.copy()
@@ -77,22 +80,22 @@ def assign_slots(params: EnvParams, motion: Float, working: Bool, side: float) -
 
 @dataclass
 class Relations:
-    """How vessel, boats and goal stand to each other; everything the task asks of a motion.
+    """Relations of vessel, boats, slots and goal, derived from a motion.
 
     Attributes:
-        position: (W, B) of the bodies in the world, m.
-        velocity: (W, B) of the bodies in the world, m/s.
-        heading: (W, B) unit vectors along the hulls.
-        yaw_rate: (W, B) rad/s.
-        boat: (W, A) the boats in the vessel's frame, m.
-        slot_gap: (W, A) from each boat to its slot, in the vessel's frame, m.
-        slot_error: (W, A) distance to the slot, m.
-        alignment: (W, A) the boats' directions relative to that of their slots.
-        slip: (W, A) the boats' velocities relative to the hull below, in the world, m/s.
-        goal: (W,) the goal in the vessel's frame, m.
-        goal_turn: (W,) direction of the goal relative to the vessel's.
+        position: (W, B) positions of the bodies, world frame, m.
+        velocity: (W, B) velocities of the bodies, world frame, m/s.
+        heading: (W, B) unit vectors along the hulls, world frame.
+        yaw_rate: (W, B) yaw rates of the bodies, rad/s.
+        boat: (W, A) positions of the boats, vessel frame, m.
+        slot_gap: (W, A) vector from each boat to its slot, vessel frame, m.
+        slot_error: (W, A) distance of each boat to its slot, m.
+        alignment: (W, A) direction of each boat relative to that of its slot, unit vectors.
+        slip: (W, A) velocity of each boat relative to the hull, world frame, m/s.
+        goal: (W,) position of the goal, vessel frame, m.
+        goal_turn: (W,) direction of the goal relative to that of the vessel, unit vectors.
         goal_error: (W,) distance of the vessel to the goal, m.
-        heading_error: (W,) heading of the vessel less that of the goal, rad, signed.
+        heading_error: (W,) heading of the vessel minus that of the goal, rad.
     """
 
     position: Complex
@@ -111,7 +114,7 @@ class Relations:
 
 
 def relate(motion: Float, goal: Float, slot: Complex, side: Float) -> Relations:
-    """Relations of a motion (W, B, 6), goals (W, 3), slots (W, A) and sides (W,)."""
+    """Returns the relations of a motion (W, B, 6), goals (W, 3), slots (W, A) and sides (W,)."""
     position, velocity = plane(motion), plane(motion, 3)
     heading, yaw_rate = direction(motion[..., 2]), motion[..., 5]
     to_vessel = heading[:, :1].conj()
@@ -137,17 +140,43 @@ def relate(motion: Float, goal: Float, slot: Complex, side: Float) -> Relations:
     )
 
 
-def holding(relations: Relations, task: TaskParams) -> Bool:
-    """(W, A) whether each boat holds its slot: near it, facing across it, at rest in it.
-
-    Args:
-        relations: of the motion.
-        task: with the tolerances ``slot_distance``, ``slot_angle`` and ``slot_speed``.
-    """
+def occupied(relations: Relations, task: TaskParams) -> Bool:
+    """Returns (W, A) whether each boat occupies its slot: near it, aligned and at rest."""
     return (relations.slot_error < task.slot_distance) & at_rest(relations, task)
 
 
 def at_rest(relations: Relations, task: TaskParams) -> Bool:
-    """(W, A) whether each boat is at rest on the water beside the hull and faces across it."""
-    faces = relations.alignment.real > math.cos(task.slot_angle)
-    return faces & (np.abs(relations.slip) < task.slot_speed)
+    """Returns (W, A) whether each boat is aligned with the slots and at rest on the hull."""
+    aligned = relations.alignment.real > math.cos(task.slot_angle)
+    return aligned & (np.abs(relations.slip) < task.slot_speed)
+
+
+def everyone(mask: Bool, working: Bool) -> Bool:
+    """Returns (W,) whether a mask (W, A) holds for all boats that work."""
+    return np.logical_and.reduce(mask | ~working, axis=1)
+
+
+def closure(
+    relations: Relations, formed: Bool, closed: Bool, working: Bool, task: TaskParams
+) -> Bool:
+    """Returns (W,) whether the vessel is in conditional closure.
+
+    Closure is formed when all slots are occupied, and lost when a boat is far from its slot.
+
+    Args:
+        relations: Relations of the motion.
+        formed: (W,) whether all slots are occupied now.
+        closed: (W,) whether the vessel was in closure until now.
+        working: (W, A) whether each boat's thrusters work.
+        task: Tolerances of the slots.
+    """
+    near = relations.slot_error <= CLOSURE_LOST * task.slot_distance
+    return formed | (closed & everyone(near, working))
+
+
+def misassigned(relations: Relations, closed: Bool, working: Bool, task: TaskParams) -> Bool:
+    """Returns (W,) whether all boats rest on the hull and the vessel is not in closure.
+
+    The vessel is then grasped by boats in each other's slots, which are to be assigned again.
+    """
+    return everyone(at_rest(relations, task), working) & ~closed

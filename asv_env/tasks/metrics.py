@@ -1,4 +1,4 @@
-"""What an episode amounts to: accumulated tick by tick from the truth."""
+"""Metrics of episodes, accumulated tick by tick from the true state."""
 
 from __future__ import annotations
 
@@ -12,22 +12,23 @@ from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Ending, Float, Int, State
 
 NEVER = -1
+"""Tick of an event that has not come."""
 
 
 @dataclass
-class Metrics:
-    """Tallies of the running episodes, by world.
+class Tallies:
+    """Running totals of the episodes, by world.
 
     Attributes:
         closure_tick: (W,) tick at which closure was first formed; -1 not yet.
-        arrival_tick: (W, A) tick at which each boat first held its slot; -1 not yet.
-        closure_lost: (W,) times that closure, once formed, was lost.
+        arrival_tick: (W, A) tick at which each boat first occupied its slot; -1 not yet.
+        closure_lost: (W,) number of times that closure was lost.
         min_position_error: (W,) smallest distance of the vessel to its goal, m.
         heading_error_at_min: (W,) signed heading error at that instant, rad.
-        path_length: (W,) way of the vessel's centre, m.
-        effort: (W,) seconds of full thrust, averaged over all motors.
-        collisions: (W,) times that a boat began to touch another boat or a wall.
-        episode_return: (W,) sum of the boats' mean reward.
+        path_length: (W,) length of the path of the vessel's centre, m.
+        effort: (W,) time at full thrust, averaged over all motors, s.
+        collisions: (W,) number of times that a boat began to touch another boat or a wall.
+        episode_return: (W,) sum over the ticks of the boats' mean reward.
     """
 
     closure_tick: Int
@@ -41,10 +42,10 @@ class Metrics:
     episode_return: Float
 
 
-def fresh(relations: Relations, state: State) -> Metrics:
-    """Tallies at the start of episodes."""
+def fresh(relations: Relations, state: State) -> Tallies:
+    """Returns the totals at the beginning of episodes."""
     worlds, team = relations.boat.shape
-    return Metrics(
+    return Tallies(
         closure_tick=np.where(state.closed, state.tick, NEVER),
         arrival_tick=np.full((worlds, team), NEVER),
         closure_lost=np.zeros(worlds, dtype=np.int64),
@@ -57,34 +58,34 @@ def fresh(relations: Relations, state: State) -> Metrics:
     )
 
 
-def restart_errors(tally: Metrics, relations: Relations, index: np.ndarray) -> None:
-    """Forgets the errors of worlds ``index`` (n,) whose goal has become another one."""
+def restart_errors(tally: Tallies, relations: Relations, index: np.ndarray) -> None:
+    """Forgets the errors of worlds ``index`` (n,) whose goal has changed."""
     tally.min_position_error[index] = relations.goal_error[index]
     tally.heading_error_at_min[index] = relations.heading_error[index]
 
 
 def update(
-    tally: Metrics,
+    tally: Tallies,
     previous: State,
     state: State,
     relations: Relations,
-    holds: Bool,
+    occupied: Bool,
     reward: Float,
     params: EnvParams,
 ) -> None:
     """Adds one control tick, in place.
 
     Args:
-        tally: of the running episodes.
-        previous: state before the tick.
-        state: state after it.
-        relations: of the true motion after it.
-        holds: (W, A) whether each boat holds its slot.
-        reward: (W, A) of the tick.
-        params: the environment's.
+        tally: Running totals.
+        previous: True state before the tick.
+        state: True state after the tick.
+        relations: True relations after the tick.
+        occupied: (W, A) whether each boat occupies its slot.
+        reward: (W, A) reward of the tick.
+        params: Parameters of the environment.
     """
-    if holds.any() or previous.closed.any():
-        _update_closure(tally, previous, state, holds)
+    if occupied.any() or previous.closed.any():
+        _update_closure(tally, previous, state, occupied)
     nearer = relations.goal_error < tally.min_position_error
     tally.min_position_error = np.minimum(relations.goal_error, tally.min_position_error)
     tally.heading_error_at_min = np.where(
@@ -98,20 +99,21 @@ def update(
     tally.episode_return += np.add.reduce(reward, axis=1) / reward.shape[1]
 
 
-def _update_closure(tally: Metrics, previous: State, state: State, holds: Bool) -> None:
+def _update_closure(tally: Tallies, previous: State, state: State, occupied: Bool) -> None:
     tick, closed = state.tick, state.closed
     tally.closure_tick = np.where((tally.closure_tick < 0) & closed, tick, tally.closure_tick)
-    first = (tally.arrival_tick < 0) & holds
+    first = (tally.arrival_tick < 0) & occupied
     tally.arrival_tick = np.where(first, tick[:, None], tally.arrival_tick)
     tally.closure_lost += previous.closed > closed
 
 
 def summary(
-    tally: Metrics, state: State, relations: Relations, ending: Ending, params: EnvParams
+    tally: Tallies, state: State, relations: Relations, ending: Ending, params: EnvParams
 ) -> dict[str, Float | Bool]:
-    """What ``info`` says at the end of an episode, each (W,).
+    """Returns the metrics of the episodes, each (W,), as ``info`` has them at the end.
 
-    ``is_success``, errors (m, rad), times (s, NaN where the event never came) and tallies.
+    They are ``is_success``, ``strayed``, errors (m, rad), times (s, NaN where the event never
+    came), the running totals, and the metrics of the task's own.
     """
     hz = params.clock.control
     arrived = (tally.arrival_tick >= 0).all(axis=1)
@@ -134,4 +136,5 @@ def summary(
         "heading_error": relations.heading_error,
         **timed,
         **tallied,
+        **{one.name: one.value(state, relations, params) for one in params.definition.metrics},
     }

@@ -1,75 +1,134 @@
-"""The reward: named, bounded terms, weighted, of the true motion alone.
+"""The reward: named, bounded, weighted terms of the true motion.
 
-Progress terms are differences of potentials, so that they cannot be farmed: what is gained by
-going is lost by coming back. All terms but effort and collision are shared by the team.
+Terms of progress are differences of potentials, so that they cannot be farmed: what is gained on
+the way there is lost on the way back (Ng, Harada and Russell, 1999). All terms but effort and
+collision are shared by the team.
 
 ==========  ====================================================================
-closure     towards the slots: fall of the boats' mean distance, vessel lengths
-delivery    towards the goal: fall of the way to it, see ``way``, vessel lengths
-precision   rise of a bell round the goal, 8 cm (nominal size) and 0.2 rad wide
-success     1 at the tick at which the task is done; of a delivery, a share is paid by a narrow
-            bell round the goal, 2 cm (nominal size) and 0.05 rad wide
-strayed     -1 at the tick at which a body leaves the arena, plus the time that was left
+closure     progress to the slots: fall of the boats' mean distance, vessel lengths
+delivery    progress to the goal: fall of the cost-to-go, vessel lengths
+precision   rise of a Gaussian round the goal, 8 cm (nominal size) and 0.2 rad wide
+success     1 at the tick at which the task is done; a fraction of a delivery depends on a
+            narrow Gaussian round the goal, 2 cm (nominal size) and 0.05 rad wide
+strayed     -1 at the tick at which a body leaves the arena, and the time that was left
 time        -1 each second
-effort      minus the boat's mean squared share of full thrust, each second
-collision   -1 each second in which the boat touches another hull than the vessel
+effort      minus the boat's mean squared thrust over full thrust, each second
+collision   -1 each second in which the boat touches another boat or a wall
 ==========  ====================================================================
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from asv_env.geometry import wrap
-from asv_env.params import NOMINAL_LENGTH, EnvParams, RewardParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Ending, Float, State
 
-SHARED = ("closure", "delivery", "precision", "success", "strayed", "time")
 HEADING_WEIGHT = 0.25
-"""Way that counts for a turn of the vessel, m/rad at the nominal size."""
+"""Distance that costs as much as a turn of the vessel by 1 rad, m at the nominal size."""
 SIDEWAYS = 4.0
-"""Way that counts for a metre in any direction."""
-BELL = (0.08, 0.2)
-"""Width of the bell of precision, m at the nominal size and rad."""
-NARROW_BELL = (0.02, 0.05)
-"""The same of a delivery's accuracy."""
+"""Cost of a metre that the vessel moves without turning first, m."""
+GAUSSIAN = (0.08, 0.2)
+"""Width of the Gaussian of precision, m at the nominal size and rad."""
+NARROW_GAUSSIAN = (0.02, 0.05)
+"""Width of the Gaussian of a delivery's accuracy, m at the nominal size and rad."""
 LARGEST_STEP = 1.0
 """Bound on the rise of a potential in one tick."""
 
 
-def potentials(relations: Relations, state: State, params: EnvParams) -> Float:
-    """Potentials (W, 4) of closure, delivery and precision, whose rise is rewarded; accuracy.
+@dataclass
+class Transition:
+    """One control tick, from which the terms are computed.
 
-    Dimensionless; 0, 0, 1 and 1 where all is done.
+    Attributes:
+        relations: True relations after the tick.
+        previous: True state before the tick.
+        state: True state after the tick.
+        ending: How the worlds stand after the tick.
+        params: Parameters of the environment.
     """
+
+    relations: Relations
+    previous: State
+    state: State
+    ending: Ending
+    params: EnvParams
+
+    @property
+    def second(self) -> float:
+        """Duration of the tick, s."""
+        return 1.0 / self.params.clock.control
+
+
+Potential = Callable[[Relations, State, EnvParams], Float]
+"""Potential (W,), dimensionless, of a true state."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One row of a table of rewards: a function of the transition, or the rise of a potential.
+
+    Attributes:
+        name: Name under which the term is reported.
+        value: Function from a transition to values (W,), or (W, A) where ``shared`` is False.
+        potential: Function whose rise in a tick, bounded by ``LARGEST_STEP``, is the value.
+        weight: Factor on the value, or the field of ``RewardParams`` that holds it.
+        shared: Whether all boats of a world get the same value.
+    """
+
+    name: str
+    value: Callable[[Transition], Float] | None = None
+    potential: Potential | None = None
+    weight: float | str = 1.0
+    shared: bool = True
+
+    def __post_init__(self) -> None:
+        if (self.value is None) == (self.potential is None):
+            raise ValueError(f"reward term {self.name!r}: give either a value or a potential")
+
+    def factor(self, params: EnvParams) -> float:
+        """Weight of the term in an environment."""
+        if isinstance(self.weight, str):
+            return float(getattr(params.reward, self.weight))
+        return self.weight
+
+
+def closeness_to_slots(relations: Relations, state: State, params: EnvParams) -> Float:
+    """Minus the mean distance of the working boats to their slots, vessel lengths."""
+    total = np.add.reduce(relations.slot_error * state.working, axis=1)
+    mean: Float = total / (-params.vessel.length * np.add.reduce(state.working, axis=1))
+    return mean
+
+
+def closeness_to_goal(relations: Relations, state: State, params: EnvParams) -> Float:
+    """Minus the cost-to-go, vessel lengths."""
     length = params.vessel.length
-    size = length / NOMINAL_LENGTH
-    off = np.add.reduce(relations.slot_error * state.working, axis=1)
-    distance, turn = relations.goal_error, np.abs(relations.heading_error)
-    values = np.empty((len(distance), 4))
-    values[:, 0] = off / (-length * np.add.reduce(state.working, axis=1))
-    values[:, 1] = way(relations, state.side, size) / -length
-    for column, (width, angle) in ((2, BELL), (3, NARROW_BELL)):
-        bell = np.square(distance / (width * size)) + np.square(turn / angle)
-        np.exp(-bell, out=values[:, column])
-    return values
+    return cost_to_go(relations, state.side, length / NOMINAL_LENGTH) / -length
 
 
-def way(relations: Relations, side: Float, size: float) -> Float:
-    """Way (W,) in m of the vessel to its goal, where a turn counts as a way too.
+def precision(relations: Relations, state: State, params: EnvParams) -> Float:
+    """Gaussian round the goal pose; 1 at the goal."""
+    del state
+    return _gaussian(relations, params, *GAUSSIAN)
 
-    It turns until the goal lies where the team pushes, goes there, and turns to the goal's
-    heading. Or, when the goal is near, it moves there as it is, which costs several times the
-    distance, and turns. The shorter one counts: a plain distance would call the first turn a step
-    back.
+
+def cost_to_go(relations: Relations, side: Float, size: float) -> Float:
+    """Length (W,) of the vessel's path to its goal, m, where a turn counts as a distance too.
+
+    Either the vessel turns until the goal lies where the team pushes, goes there, and turns to
+    the goal's heading; or, near the goal, it moves there without turning first, which costs
+    several times the distance, and turns. The cheaper one counts: a plain distance would take
+    the first turn for a step back.
 
     Args:
-        relations: of the true motion.
-        side: (W,) of the vessel from which the team pushes.
-        size: of the vessel, in nominal lengths.
+        relations: True relations.
+        side: (W,) side of the vessel from which the team pushes, +1 or -1.
+        size: Length of the vessel over the nominal one.
     """
     distance, turn = relations.goal_error, -relations.heading_error
     ahead = relations.goal * (1j * side)
@@ -80,47 +139,108 @@ def way(relations: Relations, side: Float, size: float) -> Float:
     return shortest
 
 
-def terms(
-    before: Float, after: Float, state: State, ending: Ending, params: EnvParams
+def success(now: Transition) -> Float:
+    """Reward (W,) of the tick at which the task is done."""
+    reward: Float = now.params.reward.success * now.ending.reached
+    return reward
+
+
+def accurate_success(now: Transition) -> Float:
+    """Reward (W,) of a delivery, a fraction of which depends on how exact it is."""
+    reward = success(now)
+    if now.ending.reached.any():
+        missed = 1.0 - _gaussian(now.relations, now.params, *NARROW_GAUSSIAN)
+        reward *= 1.0 - now.params.reward.accuracy * missed
+    return reward
+
+
+def strayed(now: Transition) -> Float:
+    """Penalty (W,) for leaving the arena, with that of the time that was left."""
+    weight, ticks_left = now.params.reward, now.params.time_limit_ticks - now.state.tick
+    penalty: Float = now.ending.strayed * (-weight.strayed - weight.time * now.second * ticks_left)
+    return penalty
+
+
+def time(now: Transition) -> Float:
+    """Penalty (W,) of a tick."""
+    return np.full(len(now.state.tick), -now.params.reward.time * now.second)
+
+
+def effort(now: Transition) -> Float:
+    """Penalty (W, A) of thrust."""
+    params = now.params
+    squares = np.add.reduce(np.square(now.state.thrust), axis=-1)
+    penalty: Float = squares * (-0.5 * params.reward.effort * now.second / params.boat.thrust**2)
+    return penalty
+
+
+def collision(now: Transition) -> Float:
+    """Penalty (W, A) of contact with another boat or a wall."""
+    penalty: Float = -now.params.reward.collision * now.second * now.state.touching[..., 1]
+    return penalty
+
+
+TERMS = (
+    Term("closure", potential=closeness_to_slots, weight="closure"),
+    Term("delivery", potential=closeness_to_goal, weight="delivery"),
+    Term("precision", potential=precision, weight="precision"),
+    Term("success", accurate_success),
+    Term("strayed", strayed),
+    Term("time", time),
+    Term("effort", effort, shared=False),
+    Term("collision", collision, shared=False),
+)
+"""All terms, as Transport has them."""
+
+
+def without(*names: str) -> tuple[Term, ...]:
+    """Returns ``TERMS`` with some terms of weight zero; they are still reported."""
+    return tuple(replace(term, weight=0.0) if term.name in names else term for term in TERMS)
+
+
+def potentials(
+    terms: Sequence[Term], relations: Relations, state: State, params: EnvParams
+) -> Float:
+    """Returns the potentials (W, P) of those terms that are the rise of one."""
+    functions = [term.potential for term in terms if term.potential is not None]
+    values = np.empty((len(state.tick), len(functions)))
+    for column, potential in enumerate(functions):
+        values[:, column] = potential(relations, state, params)
+    return values
+
+
+def weighted(
+    terms: Sequence[Term], before: Float, after: Float, now: Transition
 ) -> dict[str, Float]:
-    """Weighted terms of one control tick by name, (W, 1) shared or (W, A) of a boat's own.
+    """Returns the weighted terms of one control tick by name, (W, 1) shared or (W, A) per boat.
 
     Args:
-        before: (W, 4) potentials before the tick.
-        after: (W, 4) potentials after it.
-        state: after the tick.
-        ending: after the tick.
-        params: the environment's.
+        terms: Table of rewards.
+        before: (W, P) potentials before the tick.
+        after: (W, P) potentials after the tick.
+        now: The transition.
     """
-    weight, second = params.reward, 1.0 / params.clock.control
-    shared = np.empty((len(after), len(SHARED)))
-    rise = after[:, :3] - before[:, :3]
-    np.minimum(np.maximum(rise, -LARGEST_STEP, out=rise), LARGEST_STEP, out=rise)
-    np.multiply(_progress_weights(weight, params.task.name), rise, out=shared[:, :3])
-    exact = 0.0 if params.task.name == "approach" else weight.accuracy * (1.0 - after[:, 3])
-    shared[:, 3] = weight.success * ending.reached * (1.0 - exact)
-    time_lost = weight.time * second * (params.time_limit_ticks - state.tick)
-    shared[:, 4] = ending.strayed * (-weight.strayed - time_lost)
-    shared[:, 5] = -weight.time * second
-    squares = np.add.reduce(np.square(state.thrust), axis=-1)
-    named: dict[str, Float] = {name: shared[:, i : i + 1] for i, name in enumerate(SHARED)}
-    named["effort"] = squares * (-0.5 * weight.effort * second / params.boat.thrust**2)
-    named["collision"] = -weight.collision * second * state.touching[..., 1]
-    return named
+    rises = iter(np.minimum(np.maximum(after - before, -LARGEST_STEP), LARGEST_STEP).T)
+    values: dict[str, Float] = {}
+    for term in terms:
+        value = next(rises) if term.value is None else term.value(now)
+        if term.weight != 1.0:
+            value = term.factor(now.params) * value
+        values[term.name] = value[:, None] if term.shared else value
+    return values
 
 
-@lru_cache(maxsize=8)
-def _progress_weights(weight: RewardParams, task: str) -> Float:
-    """Weights (3,) of the potentials; what is not of the task has none."""
-    to_slots, to_goal = task != "push", task != "approach"
-    return np.array(
-        [weight.closure * to_slots, weight.delivery * to_goal, weight.precision * to_goal]
-    )
-
-
-def total(terms: dict[str, Float]) -> Float:
-    """Reward (W, A): the sum of the terms."""
-    reward = terms["effort"] + terms["collision"]
-    for name in SHARED:
-        reward += terms[name]
+def total(terms: Sequence[Term], values: dict[str, Float], num_boats: int) -> Float:
+    """Returns the reward (W, A) of each boat: the sum of the terms."""
+    first, *others = (values[term.name] for term in sorted(terms, key=lambda term: term.shared))
+    reward = np.repeat(first, num_boats // first.shape[1], axis=1)
+    for value in others:
+        reward += value
     return reward
+
+
+def _gaussian(relations: Relations, params: EnvParams, width: float, angle: float) -> Float:
+    """Gaussian (W,) of the distance and the heading error to the goal; 1 at the goal."""
+    size = params.vessel.length / NOMINAL_LENGTH
+    squares = np.square(relations.goal_error / (width * size))
+    return np.exp(-(squares + np.square(np.abs(relations.heading_error) / angle)))

@@ -1,4 +1,4 @@
-"""How episodes begin: initial poses, goals, variations and failures, drawn from one Generator."""
+"""Initial-state distributions: poses, goals, variations and failures, from one Generator."""
 
 from __future__ import annotations
 
@@ -11,32 +11,43 @@ from asv_env.tasks import formation
 from asv_env.types import Complex, Float, InitialState, Int
 
 PUSH_GAP = 1e-3
-"""Gap between bow and vessel with which Push starts, m: no contact before the first step."""
+"""Gap between bows and vessel at first in Push, m: no contact before the first step."""
 TRIES = 10_000
+"""Places that are tried before a distribution is found to be empty."""
 
 
 def sample(params: EnvParams, rng: np.random.Generator, goal: Float | None = None) -> InitialState:
-    """The beginning of one episode.
-
-    The vessel lies at the origin with heading 0; in Push the boats are in their slots, else
-    all round it with random headings.
+    """Samples the beginning of an episode from the task's distribution.
 
     Args:
-        params: the environment's.
-        rng: the world's own Generator.
-        goal: (3,) goal pose that overrides the parameters', m, m, rad.
+        params: Parameters of the environment.
+        rng: Generator of the world.
+        goal: (3,) goal pose that replaces the sampled one, m, m, rad.
 
     Raises:
-        ValueError: the boats do not fit into the start annulus, or no goal is allowed.
+        ValueError: the boats do not fit between the distances, or no goal is allowed.
     """
-    goal = _goal(params, rng) if goal is None else np.asarray(goal, dtype=np.float64)
-    side = _side(params, goal)
+    start: InitialState = params.definition.initial_states(params, rng, goal)
+    return start
+
+
+def scattered(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> InitialState:
+    """Samples boats all round the vessel, headings at random; see ``sample``.
+
+    The vessel lies at the origin with heading 0.
+    """
+    goal, side = _goal_and_side(params, rng, goal)
     motion = np.zeros((1 + params.num_boats, 6))
-    if params.task.name == "push":
-        put_into_slots(motion, params, side)
-    else:
-        boats, headings = _scattered(params, rng)
-        motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
+    boats, headings = _scattered(params, rng)
+    motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
+    return InitialState(motion, goal, side, **_variation(params, rng))
+
+
+def in_slots(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> InitialState:
+    """Samples an episode whose boats begin in their slots; see ``sample``."""
+    goal, side = _goal_and_side(params, rng, goal)
+    motion = np.zeros((1 + params.num_boats, 6))
+    put_into_slots(motion, params, side)
     return InitialState(motion, goal, side, **_variation(params, rng))
 
 
@@ -44,17 +55,25 @@ def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
     """Places the boats in their slots, bows to the vessel, in place.
 
     Args:
-        motion: (1 + B, 6) of the vessel, at the origin with heading 0, and the boats.
-        params: the environment's.
-        side: of the vessel on which they are, +1 or -1.
+        motion: (B, 6) motion of the vessel, at the origin with heading 0, and the boats.
+        params: Parameters of the environment.
+        side: Side of the vessel on which the boats are, +1 or -1.
     """
     boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP
     motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
     motion[1:, 2] = -side * np.pi / 2
 
 
+def _goal_and_side(
+    params: EnvParams, rng: np.random.Generator, goal: Float | None
+) -> tuple[Float, float]:
+    """Returns the goal (3,), given or sampled, and the side from which the team pushes."""
+    goal = _goal(params, rng) if goal is None else np.asarray(goal, dtype=np.float64)
+    return goal, _side(params, goal)
+
+
 def _goal(params: EnvParams, rng: np.random.Generator) -> Float:
-    """The fixed goal, or one uniform over the disc ring ``goal_distance``, any heading."""
+    """Returns the fixed goal, or samples one from the ring ``goal_distance``, any heading."""
     if params.task.goal is not None:
         return np.array(params.task.goal)
     near, far = params.task.goal_distance
@@ -77,7 +96,7 @@ def _side(params: EnvParams, goal: Float) -> float:
 
 
 def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Float]:
-    """Positions uniform over the start annulus, apart from each other, and any headings."""
+    """Samples positions in the ring ``start_distance``, apart from each other, and headings."""
     near, far = params.task.start_distance
     apart = params.task.start_spacing * params.boat.length
     bound = _bound(params, params.boat.length)
@@ -98,13 +117,13 @@ def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Fl
 
 
 def _bound(params: EnvParams, margin: float) -> float:
-    """How far from the origin something may be placed along each axis, m."""
+    """Returns the largest coordinate at which something may be placed, m."""
     walls = params.water.walls
     return params.task.arena - margin if walls is None else walls - margin
 
 
 def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
-    """What differs from the nominal in this episode, by the names of ``InitialState``."""
+    """Samples what differs from the nominal in an episode, by the names of ``InitialState``."""
     spread, team = params.variation, params.num_boats
 
     def gain(width: float, *shape: int) -> Float:
@@ -124,6 +143,7 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _failures(params: EnvParams, rng: np.random.Generator) -> Int:
+    """Samples the ticks (A,) at which thrusters fail; -1 never."""
     ticks = np.full(params.num_boats, -1)
     failing = rng.choice(params.num_boats, size=params.variation.failures, replace=False)
     times = rng.uniform(*params.variation.failure_time, size=len(failing))

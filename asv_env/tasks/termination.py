@@ -1,4 +1,4 @@
-"""When an episode is over: reached, strayed, timed out."""
+"""When an episode is over: the task is done, a body strayed, or the time is up."""
 
 from __future__ import annotations
 
@@ -10,29 +10,43 @@ from asv_env.types import Bool, Complex, Ending, State
 
 
 def ending(relations: Relations, state: State, water: Complex, params: EnvParams) -> Ending:
-    """How the worlds stand at the end of a control tick.
+    """Returns how the worlds stand at the end of a control tick.
 
     Args:
-        relations: of the true motion.
-        state: with the counters already advanced.
+        relations: True relations.
+        state: True state, its counters already advanced.
         water: (W,) velocity of the water at the vessel, m/s.
-        params: the environment's.
+        params: Parameters of the environment.
     """
-    if params.task.name == "approach":
-        reached = state.held >= max(1, round(params.task.hold_time * params.clock.control))
-    else:
-        reached = delivered(relations, water, params.task) & state.anchored
+    reached = params.definition.success(relations, state, water, params)
     reach = np.maximum.reduce(np.abs(state.motion[..., :2]), axis=(1, 2))
     strayed = reach > params.task.arena
     return Ending(reached & ~strayed, strayed, state.tick >= params.time_limit_ticks)
 
 
+def slots_occupied(relations: Relations, state: State, water: Complex, params: EnvParams) -> Bool:
+    """Returns (W,) whether all slots have been occupied for ``hold_time``."""
+    del relations, water
+    occupied: Bool = state.occupied_ticks >= hold_ticks(params)
+    return occupied
+
+
+def hold_ticks(params: EnvParams) -> int:
+    """Returns the number of control ticks for which all slots must be occupied."""
+    return max(1, round(params.task.hold_time * params.clock.control))
+
+
+def vessel_delivered(relations: Relations, state: State, water: Complex, params: EnvParams) -> Bool:
+    """Returns (W,) whether the vessel is delivered to a goal that is final."""
+    return delivered(relations, water, params.task) & state.anchored
+
+
 def delivered(relations: Relations, water: Complex, task: TaskParams) -> Bool:
-    """(W,) whether the vessel is at the goal, settled, and comes no nearer.
+    """Returns (W,) whether the vessel is at the goal, slow, and comes no nearer.
 
     It is within the tolerances of position and heading, slow through the local water, hardly
     turning, and its distance to the goal falls by less than ``nearing_tolerance``: the paper's
-    instant of minimal distance.
+    instant of smallest distance.
     """
     near = relations.goal_error <= task.position_tolerance
     if not near.any():

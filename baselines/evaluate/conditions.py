@@ -111,8 +111,10 @@ class Suite:
 
 
 def _described(params: EnvParams) -> dict[str, Any]:
+    """Returns the parameters that decide what the episodes are, as plain values."""
     values = asdict(params)
-    del values["reward"]
+    for name in ("definition", "observation", "reward"):
+        del values[name]
     return values
 
 

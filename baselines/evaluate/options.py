@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from asv_env.checks import choice
-from asv_env.params import TASKS
 from asv_env.presets import PRESETS, SCENARIOS
 from asv_env.render import video
+from asv_env.tasks import TASKS
 from baselines.evaluate.conditions import Suite, custom
 from baselines.evaluate.policy_sources import entrants
 from baselines.evaluate.report import document

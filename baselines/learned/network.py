@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from asv_env.checks import check_number, check_whole, choice
-from asv_env.params import ACTION_MODES, TASKS, EnvParams
+from asv_env.params import ACTION_MODES, EnvParams
 from asv_env.sensing import observation
-from asv_env.tasks import formation
+from asv_env.tasks import TASKS, formation
 from asv_env.tasks.formation import relate
 from asv_env.types import Action, Bool, Float, Observation, Sensed
 from baselines.mirror import SideAway, SideMemory
@@ -54,7 +54,7 @@ class About:
         format: of the file.
     """
 
-    tasks: tuple[str, ...] = TASKS
+    tasks: tuple[str, ...] = tuple(TASKS)
     action_mode: str = "tracking"
     activation: str = "tanh"
     decide_every: int = 1
@@ -150,7 +150,7 @@ class NetworkPolicy:
 def observed(sensed: Sensed, params: EnvParams) -> Observation:
     """What boats observe (W, A, K) of what is sensed, such as a world seen from another side."""
     relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
-    holds = formation.holding(relations, params.task)
+    holds = formation.occupied(relations, params.task)
     return observation.observe(sensed, relations, holds, params)
 
 
@@ -231,7 +231,7 @@ def contents(path: Path, *formats: str) -> Iterator[tuple[dict[str, Any], Mappin
 
 def about_of(fields_of: Mapping[str, Any]) -> About:
     """From JSON."""
-    return About(**{**fields_of, "tasks": tuple(fields_of.get("tasks", TASKS))})
+    return About(**{**fields_of, "tasks": tuple(fields_of.get("tasks", tuple(TASKS)))})
 
 
 def layers_in(file: Mapping[str, Any], prefix: str = "") -> Layers:

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from asv_env.geometry import plane
-from asv_env.params import NOMINAL_LENGTH, TASKS, EnvParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams
+from asv_env.tasks import TASKS
 from asv_env.types import Action, Bool, Int, Observation, Sensed
 from baselines.learned import network
 from baselines.learned.network import About, Held, Layers, NetworkPolicy
@@ -82,7 +83,7 @@ class PhasedPolicy:
     def __init__(self, phases: Sequence[Phase], params: EnvParams) -> None:
         phases = serving(phases, params.num_boats)
         self._networks = [
-            NetworkPolicy(one.layers, replace(one.about, tasks=TASKS, mirrors=False), params)
+            NetworkPolicy(one.layers, replace(one.about, tasks=tuple(TASKS), mirrors=False), params)
             for one in phases
         ]
         self._params = params

@@ -93,11 +93,6 @@ class Episode:
 
 
 COLUMNS = tuple(f.name for f in fields(Episode))
-NOT_OF_APPROACH = (
-    *("goal_x", "goal_y", "goal_heading", "position_error", "heading_error"),
-    *("min_position_error", "heading_error_at_min", "time_to_goal", "path_length_ratio"),
-)
-NOT_OF_PUSH = ("time_to_closure", "closure_spread")
 CAUSES = (
     *("policy error", "strayed", "no closure", "grasp not held"),
     *("never near", "heading off", "not settled"),
@@ -171,7 +166,7 @@ def row(
         side: of the vessel that was pushed, +1.0 or -1.0.
         error: what was wrong with the policy, if anything.
     """
-    task = params.task.name
+    definition = params.definition
     relative = goal if side > 0 else goal * (1.0, -1.0, -1.0)
     shortest = float(dubins.length(relative, params.vessel.length / 2))
     success = ended["is_success"] and error is None
@@ -179,38 +174,21 @@ def row(
         **ended,
         **vars(label),
         "seed": seed,
-        "task": task,
+        "task": definition.name,
         "num_boats": params.num_boats,
         "success": success,
-        "cause": None if success else _cause(ended, params, error),
+        "cause": None if success else "policy error" if error else definition.cause(ended, params),
         **dict(zip(("goal_x", "goal_y", "goal_heading"), goal.tolist(), strict=True)),
         "path_length_ratio": ended["path_length"] / shortest if shortest > 0 else None,
         "error": error,
     }
-    inapplicable = {"approach": NOT_OF_APPROACH, "push": NOT_OF_PUSH, "transport": ()}[task]
     kept: dict[str, Any] = {
-        column: None if column in inapplicable or _is_nan(values[column]) else values[column]
+        column: None
+        if column in definition.not_applicable or _is_nan(values[column])
+        else values[column]
         for column in COLUMNS
     }
     return Episode(**kept)
-
-
-def _cause(ended: dict[str, Any], params: EnvParams, error: str | None) -> str:
-    """Which of ``CAUSES`` a failed episode had."""
-    task = params.task
-    if error is not None:
-        return "policy error"
-    if ended["strayed"]:
-        return "strayed"
-    if task.name != "push" and _is_nan(ended["time_to_closure"]):
-        return "no closure"
-    if task.name == "approach":
-        return "grasp not held"
-    if ended["min_position_error"] > task.position_tolerance:
-        return "never near"
-    if abs(ended["heading_error_at_min"]) > task.heading_tolerance:
-        return "heading off"
-    return "not settled"
 
 
 def _is_nan(value: Any) -> bool:

@@ -1,0 +1,180 @@
+"""Floating hulls: size, mass, drag, thrust."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+from asv_env import geometry
+from asv_env.checks import TINY, check_number, check_numbers, check_pair
+
+NOMINAL_LENGTH = 0.40
+"""Length of the nominal vessel, m."""
+
+
+@dataclass(frozen=True)
+class HullParams:
+    """A floating rigid body: size, mass and the drag of the water on it.
+
+    The drag along each axis is ``(linear + quadratic * |v|) * v`` of the velocity relative to
+    the water. Added mass acts as effective mass and inertia, the same along every axis.
+
+    Attributes:
+        length: Length of the hull, m.
+        width: Width of the hull, m.
+        mass: Dry mass, kg.
+        added_mass: Effective added mass, kg.
+        inertia: Moment of inertia about the centre, kg m^2; None takes that of a uniform hull.
+        added_inertia: Effective added inertia, kg m^2.
+        surge: Drag along the hull's +x axis, (linear kg/s, quadratic kg/m).
+        sway: Drag along the hull's +y axis, (linear kg/s, quadratic kg/m).
+        yaw: Drag moment, (linear N m s, quadratic N m s^2).
+    """
+
+    length: float
+    width: float
+    mass: float
+    added_mass: float
+    inertia: float | None
+    added_inertia: float
+    surge: tuple[float, float]
+    sway: tuple[float, float]
+    yaw: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        check_numbers(self, "length width mass", TINY)
+        check_numbers(self, "added_mass added_inertia", 0.0)
+        if self.inertia is not None:
+            check_number(self, "inertia", TINY)
+        for name in ("surge", "sway", "yaw"):
+            check_pair(self, name, 0.0, "(linear, quadratic) drag")
+
+    @property
+    def outline(self) -> list[tuple[float, float]]:
+        """Corners of the hull, convex and counter-clockwise, m; the bow points towards +x."""
+        return geometry.rectangle(self.length, self.width)
+
+    @property
+    def total_mass(self) -> float:
+        """Dry plus added mass, kg."""
+        return self.mass + self.added_mass
+
+    @property
+    def total_inertia(self) -> float:
+        """Dry plus added inertia, kg m^2."""
+        dry = self.inertia
+        if dry is None:
+            dry = self.mass * geometry.polygon_gyration(self.outline)
+        return dry + self.added_inertia
+
+    def linearised(self, speed: float, yaw_rate: float) -> Self:
+        """Returns the same hull with linear drag that equals the full drag at one speed.
+
+        Args:
+            speed: Speed at which surge and sway drag agree, m/s.
+            yaw_rate: Yaw rate at which the drag moments agree, rad/s.
+        """
+
+        def linear(pair: tuple[float, float], at: float) -> tuple[float, float]:
+            return (pair[0] + pair[1] * at, 0.0)
+
+        return replace(
+            self,
+            surge=linear(self.surge, speed),
+            sway=linear(self.sway, speed),
+            yaw=linear(self.yaw, yaw_rate),
+        )
+
+
+@dataclass(frozen=True)
+class BoatParams(HullParams):
+    """A differential-drive micro-ASV. Nominal: 12 cm long, 0.23 m/s at full thrust.
+
+    Attributes:
+        bow: Width of the flat bow, m.
+        thrust: Thrust of one motor at full command ahead, N.
+        astern: Thrust astern as a fraction of that ahead.
+        lever_arm: Distance of each motor from the centre line, m.
+        lag: First-order time constant of the thrusters, s.
+    """
+
+    length: float = 0.12
+    width: float = 0.065
+    mass: float = 0.10
+    added_mass: float = 0.02
+    inertia: float | None = 1.55e-4
+    added_inertia: float = 0.66e-4
+    surge: tuple[float, float] = (0.03, 0.25)
+    sway: tuple[float, float] = (0.08, 0.67)
+    yaw: tuple[float, float] = (1e-4, 3.6e-5)
+    bow: float = 0.02
+    thrust: float = 0.010
+    astern: float = 0.6
+    lever_arm: float = 0.02
+    lag: float = 0.1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_number(self, "bow", TINY, min(self.width, self.length))
+        check_numbers(self, "thrust lever_arm lag", TINY)
+        check_number(self, "astern", 0.0, 1.0)
+
+    @property
+    def outline(self) -> list[tuple[float, float]]:
+        """Corners of the hull with its flat bow, convex and counter-clockwise, m."""
+        return geometry.boat_hull(self.length, self.width, self.bow)
+
+    def scaled(self, factor: float) -> BoatParams:
+        """Returns the hull with every length times ``factor``; masses and thrust stay."""
+        return replace(
+            self,
+            length=self.length * factor,
+            width=self.width * factor,
+            bow=self.bow * factor,
+            lever_arm=self.lever_arm * factor,
+            inertia=None,
+            added_inertia=self.added_inertia * factor**2,
+            yaw=(self.yaw[0] * factor**2, self.yaw[1] * factor**3),
+        )
+
+
+@dataclass(frozen=True)
+class VesselParams(HullParams):
+    """A floating plank with cross fins at both ends, which limit its motion along its length.
+
+    Attributes:
+        fins: Quadratic surge drag of the fins, kg/m; it adds to that of the bare hull.
+    """
+
+    length: float = NOMINAL_LENGTH
+    width: float = 0.15
+    mass: float = 0.60
+    added_mass: float = 0.08
+    inertia: float | None = 9.1e-3
+    added_inertia: float = 0.8e-3
+    surge: tuple[float, float] = (0.20, 0.75)
+    sway: tuple[float, float] = (0.10, 2.0)
+    yaw: tuple[float, float] = (1.5e-3, 4e-3)
+    fins: float = 3.6
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_number(self, "fins", 0.0)
+
+    def stretched(self, length: float) -> VesselParams:
+        """Returns the vessel at another length, with the same width, draft and fins.
+
+        Mass and sway drag grow in proportion, the linear yaw drag with the third power and
+        the quadratic one with the fourth; the bare hull's surge drag stays.
+        """
+        k = length / self.length
+        return replace(
+            self,
+            length=length,
+            mass=self.mass * k,
+            added_mass=self.added_mass * k,
+            inertia=self.inertia if k == 1 else None,
+            added_inertia=self.added_inertia * k**3,
+            sway=(self.sway[0] * k, self.sway[1] * k),
+            yaw=(self.yaw[0] * k**3, self.yaw[1] * k**4),
+        )

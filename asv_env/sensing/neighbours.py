@@ -1,0 +1,55 @@
+"""The nearest boats, as a boat sees them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from asv_env.sensing.view import View
+from asv_env.types import Float
+
+NEIGHBOURS = 4
+"""Number of boats that a boat observes."""
+
+
+def nearest_boats(view: View) -> Float:
+    """Returns the nearest boats, near to far, (W, A, 5 NEIGHBOURS).
+
+    Each has x, y (m), vx, vy (m/s) in the frame of the boat that observes, and 1 for its presence;
+    zeros where the team has no more boats.
+    """
+    position, velocity = view.relations.position[:, 1:], view.relations.velocity[:, 1:]
+    worlds, team = position.shape
+    count = min(NEIGHBOURS, team - 1)
+    distance = np.abs(position[:, None, :] - position[:, :, None]) + _not_itself(team)
+    nearest = _smallest(distance, count) + _first_boats(worlds, team)
+    values = np.zeros((worlds, team, NEIGHBOURS, 5))
+    seen = values[:, :, :count]
+    vectors = seen[..., :4].view(np.complex128)
+    to_boat = view.to_boat[..., None]
+    np.multiply(position.ravel().take(nearest) - position[..., None], to_boat, out=vectors[..., 0])
+    np.multiply(velocity.ravel().take(nearest) - velocity[..., None], to_boat, out=vectors[..., 1])
+    seen[..., 4] = 1.0
+    return values.reshape(worlds, team, 5 * NEIGHBOURS)
+
+
+@lru_cache(maxsize=8)
+def _not_itself(team: int) -> Float:
+    """Returns (A, A) infinity on the diagonal, so that no boat is its own neighbour."""
+    return np.where(np.eye(team, dtype=bool), np.inf, 0.0)
+
+
+@lru_cache(maxsize=8)
+def _first_boats(worlds: int, team: int) -> np.ndarray:
+    """Returns (W, 1, 1) the row of each world's first boat among all boats."""
+    return (team * np.arange(worlds))[:, None, None]
+
+
+def _smallest(values: Float, count: int) -> np.ndarray:
+    """Returns the indices of the ``count`` smallest along the last axis, in ascending order."""
+    if values.shape[-1] > 4 * count:
+        some = np.argpartition(values, count, axis=-1)[..., :count]
+        order = np.argsort(np.take_along_axis(values, some, axis=-1), axis=-1, kind="stable")
+        return np.take_along_axis(some, order, axis=-1)
+    return values.argsort(axis=-1, kind="stable")[..., :count]

@@ -1,0 +1,98 @@
+"""What a task is: how episodes begin, what is rewarded, when they succeed, what is reported.
+
+A task of one's own is made from a built-in one with ``dataclasses.replace``::
+
+    from dataclasses import replace
+    from asv_env.tasks import TRANSPORT, Term
+
+    def turning(now):
+        return -abs(now.relations.yaw_rate[:, 0])
+
+    STEADY = replace(TRANSPORT, name="steady", reward=(*TRANSPORT.reward, Term("turning", turning)))
+
+Functions at the top level of a module can be sent to worker processes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from asv_env.tasks.formation import Relations
+from asv_env.tasks.reward import Term
+from asv_env.types import Bool, Complex, Float, InitialState, State
+
+InitialStates = Callable[[EnvParams, np.random.Generator, Float | None], InitialState]
+"""Distribution of initial states: from parameters, the world's Generator and a given goal."""
+Success = Callable[[Relations, State, Complex, EnvParams], Bool]
+"""(W,) whether the task is done, from the true relations and state and the water's velocity."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A cause of failure.
+
+    Attributes:
+        name: Name in tables.
+        applies: Function of an episode's summary (see ``metrics.summary``) and the parameters.
+    """
+
+    name: str
+    applies: Callable[[Mapping[str, Any], EnvParams], bool]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number that is reported at the end of an episode, beside those of ``metrics.summary``.
+
+    Attributes:
+        name: Key in ``info``.
+        value: Function of the true state and relations to values (W,).
+    """
+
+    name: str
+    value: Callable[[State, Relations, EnvParams], Float | Bool]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task: data and pure functions, no state.
+
+    Attributes:
+        name: Name in tables, and in the registry ``asv_env.tasks.TASKS``.
+        initial_states: Distribution of initial states.
+        reward: Table of reward terms.
+        success: Whether the task is done.
+        failures: Causes of failure; the first that applies is reported.
+        metrics: Metrics of the task's own.
+        not_applicable: Columns of an episode's row that mean nothing for this task.
+        time_limit: Time limit for a vessel of nominal length, s.
+        starts_grasped: Whether episodes begin with the boats in their slots and the vessel in
+            closure.
+        has_goal: Whether the vessel is to be brought to a goal pose.
+    """
+
+    name: str
+    initial_states: InitialStates
+    reward: tuple[Term, ...]
+    success: Success
+    failures: tuple[Failure, ...]
+    metrics: tuple[Metric, ...] = ()
+    not_applicable: tuple[str, ...] = ()
+    time_limit: float = 180.0
+    starts_grasped: bool = False
+    has_goal: bool = True
+
+    def __post_init__(self) -> None:
+        names = [term.name for term in self.reward]
+        if not names or len(set(names)) < len(names):
+            raise ValueError(f"reward terms {names} of {self.name!r}: give one at least, each once")
+
+    def cause(self, summary: Mapping[str, Any], params: EnvParams) -> str:
+        """Returns the cause of failure of an episode, from its summary."""
+        causes = (failure.name for failure in self.failures if failure.applies(summary, params))
+        return next(causes, "not done")
