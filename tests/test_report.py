@@ -15,7 +15,17 @@ import pytest
 from asv_env.render import colours
 from asv_env.tasks import TASKS
 from baselines.evaluate.conditions import Condition, Suite
-from baselines.evaluate.report import charts, document, figures, maps, replay, svg
+from baselines.evaluate.report import (
+    bars,
+    charts,
+    document,
+    durations,
+    maps,
+    packing,
+    placement,
+    replay,
+    svg,
+)
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
 from baselines.evaluate.summary import summarise
@@ -139,7 +149,7 @@ def invented(folder, suite=SUITE, policies=POLICIES, replays=3):
     page, twin = document.write(folder, results, summary, store, replays)
     return SimpleNamespace(
         page=page, html=page.read_text(), markdown=twin.read_text(), results=results,
-        summary=summary, store=store,
+        summary=summary, store=store, cast=replay.cast(results, prints),
     )  # fmt: skip
 
 
@@ -321,8 +331,8 @@ def test_goals_are_drawn_only_where_they_differ(made):
             {("fixed", p): made.results.rows["calm", p] for p in made.results.policies},
         )
         fixed = [chart.name for chart in charts.of_condition(results, condition, {})]
-    assert names == ["profile", "times", "failures", "clouds", "goals"]
-    assert fixed == ["profile", "times", "failures", "clouds"]
+    assert names == ["profile", "times", "failures", "errors", "goals"]
+    assert fixed == ["profile", "times", "failures", "errors"]
 
 
 COLOURS = {"one": "#0072B2", "other": "#D55E00"}
@@ -338,15 +348,15 @@ def test_figures_stand_few_and_many_episodes_none_or_all_done(episodes, done):
     outline = np.array([[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]])
     with svg.look():
         drawn = [
-            figures.profile({"one": np.where(success, times, np.inf)}, 60.0, COLOURS),
-            figures.times(
+            durations.profile({"one": np.where(success, times, np.inf)}, 60.0, COLOURS),
+            durations.times(
                 {"one": np.where(success, times, np.nan), "other": MISSING}, "time", 60.0, COLOURS
             ),
-            figures.failures(
+            bars.failures(
                 {"one": {} if done else {"strayed": episodes}, "other": {"not settled": 1}},
                 {"one": episodes, "other": 1},
             ),
-            maps.clouds(
+            placement.errors(
                 {"one": 10 * rng.random((2, episodes)), "other": MISSING},
                 {"one": rng.normal(size=(2, episodes)), "other": MISSING},
                 {"one": success, "other": np.zeros((1, 1), dtype=bool)},
@@ -355,8 +365,8 @@ def test_figures_stand_few_and_many_episodes_none_or_all_done(episodes, done):
                 COLOURS,
             ),
             maps.goals(rng.normal(size=(episodes, 2)), {"one": success}, outline, 1.2, COLOURS),
-            maps.ways({"one": [rng.random((9, 2))]}, {"one": [done]}, outline, None, COLOURS),
-            figures.overview(["a"], [None], {"one": np.array([[done, 0.0, 1.0]])}, COLOURS),
+            maps.paths({"one": [rng.random((9, 2))]}, {"one": [done]}, outline, None, COLOURS),
+            bars.overview(["a"], [None], {"one": np.array([[done, 0.0, 1.0]])}, COLOURS),
         ]
         texts = [svg.inline(figure, f"f{k}", "about") for k, figure in enumerate(drawn)]
     for text in texts:
@@ -367,7 +377,7 @@ def test_figures_stand_few_and_many_episodes_none_or_all_done(episodes, done):
 
 def test_labels_of_axes_are_kept_to_the_last_digit():
     with svg.look():
-        figure = figures.times({"one": np.array([[0.001]])}, "time", 0.005, COLOURS)
+        figure = durations.times({"one": np.array([[0.001]])}, "time", 0.005, COLOURS)
         figure.axes[0].set_xticks([0.0, 0.00125])
         drawn = svg.inline(figure, "f", "about")
     assert ">0.00125<" in drawn
@@ -382,17 +392,17 @@ def unpacked(text, frames):
     planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, -1)
     unsigned = planes[0].astype(np.int64) | planes[1].astype(np.int64) << 8
     bends = ((unsigned >> 1) ^ -(unsigned & 1)).reshape(-1, 3, frames)
-    return np.moveaxis(bends.cumsum(axis=-1).cumsum(axis=-1), -1, 0) * np.array(replay.UNITS)
+    return np.moveaxis(bends.cumsum(axis=-1).cumsum(axis=-1), -1, 0) * np.array(packing.UNITS)
 
 
 def test_poses_in_the_page_are_those_of_the_store(made, page):
     for condition in SUITE.conditions:
         block = page.data[condition.name]
-        for player in replay.players(made.results):
+        for player in made.cast.players:
             for seed, take in zip(block["seeds"], block["takes"][player.key], strict=True):
                 track = made.store.log(Series(condition.name, player.policy, player.number), seed)
                 poses = unpacked(take["poses"], take["frames"])
-                wanted = replay.thinned(condition.params, track.poses)
+                wanted = packing.thinned(condition.params, track.poses)
                 off = poses - wanted
                 off[..., 2] = (off[..., 2] + np.pi) % (2 * np.pi) - np.pi
                 assert np.abs(off).max() <= 0.5001e-3
@@ -404,22 +414,21 @@ def test_headings_are_packed_without_drift_over_many_turns():
     poses = np.zeros((500, 2, 3))
     poses[:, 1, 2] = (np.arange(500) * 2.9 + np.pi) % (2 * np.pi) - np.pi
     poses[:, 1, 0] = 27.8
-    back = unpacked(replay.pack(poses), 500)
+    back = unpacked(packing.pack(poses), 500)
     off = (back - poses)[:, 1]
     assert np.abs(off[:, 0]).max() < 1e-9
     assert np.abs((off[:, 2] + np.pi) % (2 * np.pi) - np.pi).max() < 1e-3
 
 
 def test_first_episodes_are_embedded_and_as_many_failures(made):
-    floor = replay.floor(made.summary["policies"])
-    assert floor == ["random"]
-    seeds = replay.chosen(made.results, "calm", floor, 2)
+    assert made.cast.trivial == ["random"]
+    seeds = replay.chosen(made.results, "calm", made.cast, 2)
     assert seeds[:2] == [10, 11]
     assert len(seeds) <= 4
     judged = [made.results.success("calm", name) for name in ("scripted", ODD)]
     failed = ~np.concatenate(judged).all(axis=0)
     assert all(failed[seed - 10] for seed in seeds[2:])
-    assert replay.chosen(made.results, "calm", floor, 99) == list(range(10, 18))
+    assert replay.chosen(made.results, "calm", made.cast, 99) == list(range(10, 18))
 
 
 def test_page_says_how_many_episodes_it_embeds(made, page):

@@ -22,7 +22,7 @@ from tqdm import tqdm
 
 from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import Source
-from baselines.evaluate.report import markdown
+from baselines.evaluate.report import rendering
 from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import summarise
@@ -73,7 +73,7 @@ def add(run: Path, published: Path, checked: int) -> None:
     }
     write_csv(published / ROWS, results)
     (published / SUMMARY).write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
-    (published / REPORT).write_text(markdown.document(results, told), encoding="utf-8")
+    (published / REPORT).write_text(rendering.markdown(results, told), encoding="utf-8")
 
 
 def check(suite: Suite, results: Results, count: int) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from baselines.evaluate.report.markdown import grid
 from baselines.evaluate.tables.formats import share
+from baselines.evaluate.tables.table import grid
 from baselines.learned import network, phases, shipped
 from baselines.learned.network import About
 

@@ -17,11 +17,11 @@ from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.publish import marks, model_cards
-from baselines.evaluate.report.markdown import grid
 from baselines.evaluate.results import Results, of_rows, read_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
+from baselines.evaluate.tables.table import grid
 from baselines.learned import shipped
 
 FOLDER, README = Path("docs/results"), Path("README.md")

@@ -1,80 +1,115 @@
 """Writes the report of an evaluation.
 
-``charts`` makes figures of the rows with ``figures`` and ``maps``, ``replay`` packs episodes, and
-``webpage`` and ``markdown`` combine them with the tables of the summary.
+``charts`` makes the figures from the rows, ``replay`` packs episodes, ``content`` collects words
+and tables, and ``rendering`` fills in the templates of the web page and of its Markdown version.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import asv_env
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.report import charts, markdown, replay, svg, webpage
-from baselines.evaluate.report.replay import Player
-from baselines.evaluate.report.webpage import Section
+from baselines.evaluate.report import charts, rendering, replay, svg
+from baselines.evaluate.report.charts import Chart
+from baselines.evaluate.report.content import content
+from baselines.evaluate.report.replay import Cast
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Store
 
 FILES = ("report.html", "report.md")
 
 
+@dataclass(frozen=True)
+class Drawing:
+    """A chart with its SVG element."""
+
+    chart: Chart
+    svg: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """The part of the page about one condition.
+
+    Attributes:
+        drawings: its charts.
+        episodes: data of those that can be replayed; see ``replay.episodes``.
+    """
+
+    drawings: Sequence[Drawing]
+    episodes: Mapping[str, Any]
+
+
 def write(
     out: Path, results: Results, summary: Mapping[str, Any], store: Store, replays: int
 ) -> list[Path]:
-    """Writes the report.
+    """Writes the report, and returns its files.
 
     Args:
         out: folder of the run.
         results: all rows.
         summary: as in ``summary.json``.
-        store: with the logs of the episodes.
-        replays: number of first episodes of each condition that can be watched in the page; up to as
-            many again are added in which a policy failed.
-
-    Returns:
-        The files.
+        store: holds the pose logs of the episodes.
+        replays: number of first episodes of each condition that the page can replay; up to as many
+            later ones are added in which a policy failed.
     """
-    players, floor = replay.players(results), replay.floor(summary["policies"])
+    cast = replay.cast(results, summary["policies"])
     sections = {
-        condition.name: _section(results, store, condition, number, players, floor, replays)
+        condition.name: _section(results, store, condition, f"condition-{number}", cast, replays)
         for number, condition in enumerate(results.suite.conditions)
     }
-    seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
     colours = charts.colours(results.policies)
-    texts = (
-        webpage.document(
-            results, summary, replay.world(results, players, floor, colours, seeds), sections
-        ),
-        markdown.document(results, summary),
+    seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
+    with svg.look():
+        overview = _drawing(charts.overview(results, summary), "chart")
+    page = rendering.render(
+        "page.html",
+        **content(results, summary),
+        version=asv_env.__version__,
+        colours=colours,
+        overview=overview,
+        sections=sections,
+        embedded=_embedded(list(map(len, seeds.values())), results.suite.episodes),
+        world=replay.world(results, cast, colours, seeds),
     )
     paths = [out / name for name in FILES]
-    for path, text in zip(paths, texts, strict=True):
+    for path, text in zip(paths, (page, rendering.markdown(results, summary)), strict=True):
         path.write_text(text, encoding="utf-8")
     return paths
 
 
 def _section(
-    results: Results,
-    store: Store,
-    condition: Condition,
-    number: int,
-    players: list[Player],
-    floor: list[str],
-    replays: int,
+    results: Results, store: Store, condition: Condition, name: str, cast: Cast, replays: int
 ) -> Section:
-    """What the page has of the ``number``-th condition."""
-    seeds = replay.chosen(results, condition.name, floor, replays)
-    found = replay.logs(store, condition.name, players, seeds)
+    seeds = replay.chosen(results, condition.name, cast, replays)
+    logs = replay.logs(store, condition.name, cast, seeds)
     shown = {
-        policy: [t for p in players if p.policy == policy for t in found[p.key].values()]
+        policy: [log for player in cast.of(policy) for log in logs[player.key].values()]
         for policy in results.policies
     }
-    judged = [p.key for p in players if p.policy not in floor] or list(found)
     with svg.look():
-        drawn = [
-            webpage.drawn(chart, f"condition-{number}-{chart.name}")
-            for chart in charts.of_condition(results, condition, shown)
+        drawings = [
+            _drawing(chart, name) for chart in charts.of_condition(results, condition, shown)
         ]
-    return Section(drawn, replay.episodes(condition, found, seeds, judged))
+    return Section(drawings, replay.episodes(condition, cast, logs, seeds))
+
+
+def _drawing(chart: Chart, section: str) -> Drawing:
+    about = f"{chart.title}. {chart.caption}"
+    return Drawing(chart, svg.inline(chart.figure, f"{section}-{chart.name}", about))
+
+
+def _embedded(numbers: Sequence[int], episodes: int) -> str:
+    """Returns a sentence on the numbers of embedded episodes, one a condition."""
+    low, high = min(numbers), max(numbers)
+    if low == episodes:
+        return f"All episodes of every condition are in this page ({low} of {episodes})."
+    some = f"{low}" if low == high else f"{low} to {high}"
+    return (
+        f"{some} of {episodes} episodes of a condition are in this page, the first ones and some "
+        "in which a policy failed; --replays N embeds more."
+    )

@@ -1,4 +1,4 @@
-"""Figures as drawings inside a page: they take its fonts, and its colours in light and dark."""
+"""Figures as SVG elements of a page, with its fonts and its colours, light or dark."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from matplotlib.figure import Figure
 from baselines.evaluate.report import palette
 
 PX_PER_INCH, PT_PER_INCH = 96, 72
+"""Units of CSS and of SVG."""
 DPI = 160
-"""Of what is kept as pixels."""
+"""Resolution of the parts that are kept as pixels."""
 SMALLEST = 0.63
-"""Share of its size below which a drawing is not shrunk, so that it can be read on a phone."""
+"""Smallest scale of a figure, so that it can be read on a phone."""
 THEME = {
     palette.BLACK: "currentColor",
     palette.GREY: "var(--muted)",
     palette.PALE: "var(--rule)",
     "#ffffff": "var(--card)",
 }
-"""Colours of figures that are those of the page."""
+"""Colours of figures that are replaced by those of the page."""
 
 _SETTINGS: dict[str, Any] = {
     "svg.fonttype": "none",  # text stays text: it takes the page's font and can be searched
@@ -66,17 +67,17 @@ _SETTINGS: dict[str, Any] = {
 
 
 def look() -> AbstractContextManager[None]:
-    """The context in which the figures of a page are made and drawn."""
+    """Returns the context in which the figures of a page are made and drawn."""
     return matplotlib.rc_context(_SETTINGS)  # type: ignore[arg-type]
 
 
 def inline(figure: Figure, name: str, about: str) -> str:
-    """A figure as an ``svg`` element.
+    """Returns a figure as an ``svg`` element.
 
     Args:
-        figure: made in the ``look`` of a page.
+        figure: made in the context ``look``.
         name: unique in its page; letters, digits and hyphens.
-        about: what a reader who does not see it is told.
+        about: description for readers who do not see it.
     """
     file = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -84,18 +85,18 @@ def inline(figure: Figure, name: str, about: str) -> str:
     drawn = _plain(file.getvalue())
     for colour, theme in THEME.items():
         drawn = drawn.replace(f": {colour}", f": {theme}")
-    wide, high = (side * PT_PER_INCH for side in figure.get_size_inches())
-    size = wide / PT_PER_INCH * PX_PER_INCH
+    width, height = (side * PT_PER_INCH for side in figure.get_size_inches())
+    size = width / PT_PER_INCH * PX_PER_INCH
     return (
         f'<svg class="chart" role="img" aria-label="{html.escape(about)}" '
-        f'viewBox="0 0 {wide:g} {high:g}" '
+        f'viewBox="0 0 {width:g} {height:g}" '
         f'style="max-width: {size:.0f}px; min-width: {size * SMALLEST:.0f}px">'
-        f"{_own_names(drawn, name)}</svg>"
+        f"{_unique_ids(drawn, name)}</svg>"
     )
 
 
 def _plain(text: str) -> str:
-    """What is inside the ``svg`` element, without what a page does not need."""
+    """Returns the content of the ``svg`` element, without what a page does not need."""
     body = text[text.index(">", text.index("<svg")) + 1 : text.rindex("</svg>")]
     body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", body, flags=re.DOTALL)
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
@@ -106,13 +107,13 @@ def _plain(text: str) -> str:
     return re.sub(r"\s*\n\s*", " ", body).replace("> <", "><")
 
 
-def _own_names(drawn: str, name: str) -> str:
-    """The drawing with names that no other one in the page has, only where they are used."""
+def _unique_ids(drawn: str, name: str) -> str:
+    """Returns the drawing with ids that are unique in the page; unused ids are dropped."""
     used = set(re.findall(r'(?:href="|url\()#([^")]+)', drawn))
 
-    def own(match: re.Match[str]) -> str:
+    def renamed(match: re.Match[str]) -> str:
         found = match.group(1)
         return f' id="{name}-{found}"' if found in used else ""
 
-    drawn = re.sub(r' id="([^"]*)"', own, drawn)
+    drawn = re.sub(r' id="([^"]*)"', renamed, drawn)
     return re.sub(r'(xlink:href="|url\()#', rf"\1#{name}-", drawn)

@@ -1,1 +1,1 @@
-"""Tables of results, as text."""
+"""Tables of results as text, described once for the terminal, Markdown and HTML."""

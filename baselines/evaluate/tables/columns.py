@@ -1,36 +1,35 @@
-"""Columns of tables: a head, and what stands below it for a policy in a condition.
-
-All cells are text, so that the same number looks the same everywhere.
-"""
+"""Columns of tables: a heading, and the text of a cell for a policy in a condition."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 from baselines.evaluate.summary import COMPARED, MEASURES
 from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.rollout.episodes import CAUSES
 
+Kind = Literal["number", "words", "policy", "measure", "shared"]
+
 
 @dataclass(frozen=True)
 class Line:
-    """What one line of a table is about.
+    """The subject of one line of a table.
 
     Attributes:
         condition: its name.
         policy: its name.
         entry: the condition's part of the summary.
-        compared: the comparison that the line shows, if it shows one.
+        comparison: the comparison that the line shows; empty where it shows none.
     """
 
     condition: str
     policy: str
     entry: Mapping[str, Any]
-    compared: Mapping[str, Any] | None = None
+    comparison: Mapping[str, Any]
 
     @property
     def found(self) -> Mapping[str, Any]:
@@ -43,104 +42,91 @@ class Column:
     """A column of a table.
 
     Attributes:
-        head: above it.
-        cell: its text, for a line.
-        group: above the heads of several columns that belong together.
-        words: whether its cells are words, not numbers.
+        head: its heading.
+        cell: returns the text of its cell from the subject of a line.
+        group: heading above those of adjacent columns that belong together; may be empty.
+        kind: "number", flush right; "words", flush left; "policy" or "measure", a name; "shared",
+            a name that all lines of a condition have in common.
     """
 
     head: str
     cell: Callable[[Any], str]
     group: str = ""
-    words: bool = False
+    kind: Kind = "number"
 
     @property
     def title(self) -> str:
-        """The head where there is only one line of them."""
+        """The heading in a table with a single line of headings."""
         return f"{self.group}: {self.head}" if self.group else self.head
 
 
-def headed(name: str) -> str:
-    """The head of a measure."""
+CONDITION = Column("condition", lambda line: line.condition, kind="shared")
+CONTROL = Column("control", lambda line: line.entry["control"], kind="shared")
+POLICY = Column("policy", lambda line: line.policy, kind="policy")
+SUCCESS = (
+    Column("success", lambda line: formats.share(line.found["success"]["value"])),
+    Column("95 % interval", lambda line: formats.share_interval(line.found["success"])),
+)
+
+
+def label(name: str) -> str:
+    """Returns the heading of a measure; one that is summarised by magnitude stands in bars."""
     measure = MEASURES[name]
-    label = measure.label if measure.signed else f"|{measure.label}|"
-    return f"{label} [{measure.unit}]" if measure.unit else label
+    text = measure.label if measure.signed else f"|{measure.label}|"
+    return f"{text} [{measure.unit}]" if measure.unit else text
 
 
 def centres(name: str) -> list[Column]:
-    """Of a measure: median, and interquartile mean with its interval."""
+    """Returns the columns of a measure: its median, and its interquartile mean with interval."""
     return [
-        Column("median", partial(median, name=name), headed(name)),
-        Column("IQM [95 %]", partial(iqm, name=name), headed(name)),
+        Column("median", partial(median, name=name), label(name)),
+        Column("IQM [95 %]", partial(iqm, name=name), label(name)),
     ]
 
 
 def median(line: Line, name: str) -> str:
-    """Of a measure."""
+    """Returns the median of a measure."""
     measure = MEASURES[name]
-    found = line.found.get(name, {}).get("median")
-    return formats.quantity(found, measure.unit, measure.scale)
+    return formats.quantity(line.found.get(name, {}).get("median"), measure.unit, measure.scale)
 
 
 def iqm(line: Line, name: str) -> str:
-    """Interquartile mean of a measure, and its interval."""
+    """Returns the interquartile mean of a measure with its interval."""
     found, measure = line.found.get(name), MEASURES[name]
-    if found is None:
-        return NOTHING
-    return formats.estimate(found["iqm"], measure.unit, measure.scale)
+    return formats.estimate(found["iqm"], measure.unit, measure.scale) if found else NOTHING
 
 
 def placed(tolerance: str) -> Column:
-    """Share of the episodes placed within so many tolerances."""
+    """Returns the column of the share of episodes placed within so many tolerances."""
 
     def cell(line: Line) -> str:
         found = line.found["placed"].get(tolerance)
-        return NOTHING if found is None else formats.share_estimate(found)
+        return formats.share_estimate(found) if found else NOTHING
 
     return Column(tolerance.replace("0.5", "½"), cell, "placed within [tolerances]")
 
 
 def failures(line: Line) -> str:
-    """How often the policy failed by which cause."""
+    """Returns the causes by which the policy failed, each with its count."""
     causes = line.found["causes"]
     return ", ".join(f"{causes[cause]} {cause}" for cause in CAUSES if cause in causes) or NOTHING
 
 
 def comparing() -> list[Column]:
-    """What a comparison says."""
+    """Returns the columns of a comparison."""
     return [
         Column("success [points]", difference_in_success),
-        Column("McNemar p", lambda line: formats.p_value((line.compared or {}).get("mcnemar"))),
-        Column("done sooner", _improvement),
-        *map(_difference, COMPARED),
+        Column("McNemar p", lambda line: formats.p_value(line.comparison["mcnemar"])),
+        Column("done sooner", lambda line: formats.share_estimate(line.comparison["improvement"])),
+        *(Column(label(name), partial(_difference, name=name)) for name in COMPARED),
     ]
 
 
 def difference_in_success(line: Line) -> str:
-    """In points, with its interval."""
-    return NOTHING if line.compared is None else formats.points(line.compared["success"])
+    """Returns the difference in success with its interval, in percentage points."""
+    return formats.points(line.comparison["success"]) if line.comparison else NOTHING
 
 
-def _improvement(line: Line) -> str:
-    found = line.compared
-    return NOTHING if found is None else formats.share_estimate(found["improvement"])
-
-
-def _difference(name: str) -> Column:
-    measure = MEASURES[name]
-
-    def cell(line: Line) -> str:
-        found = (line.compared or {}).get(name)
-        return NOTHING if found is None else formats.difference(found, measure.unit, measure.scale)
-
-    return Column(headed(name), cell)
-
-
-NAMES = (
-    Column("condition", lambda line: line.condition, words=True),
-    Column("policy", lambda line: line.policy, words=True),
-)
-SUCCESS = (
-    Column("success", lambda line: formats.share(line.found["success"]["value"])),
-    Column("95 % interval", lambda line: formats.share_interval(line.found["success"])),
-)
+def _difference(line: Line, name: str) -> str:
+    found, measure = line.comparison.get(name), MEASURES[name]
+    return formats.difference(found, measure.unit, measure.scale) if found else NOTHING

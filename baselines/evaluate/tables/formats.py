@@ -1,4 +1,4 @@
-"""How numbers are written: one function for each kind, for the terminal and all pages."""
+"""The text of numbers: one function for each kind, for the terminal and all pages."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ from collections.abc import Mapping
 from typing import Any
 
 NOTHING = "–"
-"""In a cell, where nothing applies."""
+"""Text of a cell that does not apply."""
 MINUS, HYPHEN = "−", "-"
-KEYS = ("value", "low", "high")
-"""Of an estimate in a summary."""
+BOUNDS = ("low", "high")
+"""Keys of the interval of an estimate in a summary."""
+KEYS = ("value", *BOUNDS)
+"""Keys of an estimate in a summary."""
 SMALLEST_P = 0.001
-DIGITS = {"cm": 2, "s": 1, "rad": 3}
-"""Behind the point, by unit; two where a unit is not listed."""
+"""The p-value below which only this bound is given."""
+DECIMALS = {"cm": 2, "s": 1, "rad": 3}
+"""Number of decimals by unit; two where a unit is not listed."""
 
 
 def share(value: float | None) -> str:
-    """A share, in percent; nearly all is not rounded to all, nor hardly any to none."""
+    """Returns a share in percent; only exactly none and all are written 0.0% and 100.0%."""
     if value is None:
         return NOTHING
     text = f"{value:.1%}"
@@ -25,52 +28,51 @@ def share(value: float | None) -> str:
 
 
 def share_interval(estimate: Mapping[str, Any]) -> str:
-    """The interval of a share."""
-    low, high = (_percent(estimate[key]) for key in ("low", "high"))
+    """Returns the interval of a share."""
+    low, high = (_percent(estimate[key]) for key in BOUNDS)
     return NOTHING if NOTHING in (low, high) else f"{low}% to {high}%"
 
 
 def share_estimate(estimate: Mapping[str, Any]) -> str:
-    """A share with its interval, in percent."""
-    bounds = (_percent(estimate[key]) for key in ("low", "high"))
-    return with_interval(share(estimate["value"]), *bounds)
+    """Returns a share with its interval, in percent."""
+    return with_interval(share(estimate["value"]), *(_percent(estimate[key]) for key in BOUNDS))
 
 
 def points(estimate: Mapping[str, Any]) -> str:
-    """A difference of two shares with its interval, in points of a percent."""
+    """Returns a difference of two shares with its interval, in percentage points."""
     return with_interval(*(_signed(estimate[key], 1, 100.0) for key in KEYS))
 
 
 def quantity(value: float | None, unit: str, scale: float = 1.0) -> str:
-    """A number with as many digits as its unit deserves.
+    """Returns a number with the decimals of its unit.
 
     Args:
-        value: in the unit of its column.
-        unit: in which it is written; it is not added.
-        scale: from the one to the other.
+        value: in the unit of its column; None where the column does not apply.
+        unit: in which it is written; it is not part of the text.
+        scale: factor from the column's unit to ``unit``.
     """
-    return NOTHING if value is None else _number(scale * value, DIGITS.get(unit, 2))
+    return NOTHING if value is None else _number(scale * value, DECIMALS.get(unit, 2))
 
 
 def estimate(found: Mapping[str, Any], unit: str, scale: float = 1.0) -> str:
-    """A quantity with its interval."""
+    """Returns a quantity with its interval; see ``quantity``."""
     return with_interval(*(quantity(found[key], unit, scale) for key in KEYS))
 
 
 def difference(found: Mapping[str, Any], unit: str, scale: float = 1.0) -> str:
-    """A difference of two quantities with its interval, each with its sign."""
-    return with_interval(*(_signed(found[key], DIGITS.get(unit, 2), scale) for key in KEYS))
+    """Returns a signed difference of two quantities with its interval; see ``quantity``."""
+    return with_interval(*(_signed(found[key], DECIMALS.get(unit, 2), scale) for key in KEYS))
 
 
 def p_value(value: float | None) -> str:
-    """The p-value of a test."""
+    """Returns the p-value of a test."""
     if value is None:
         return NOTHING
     return f"< {SMALLEST_P}" if value < SMALLEST_P else f"{value:.3f}"
 
 
 def with_interval(value: str, low: str, high: str) -> str:
-    """A number, and its interval where it has one."""
+    """Returns a number, followed by its interval where it has one."""
     return value if NOTHING in (low, high) else f"{value} [{low}, {high}]"
 
 
@@ -78,14 +80,14 @@ def _percent(value: float | None) -> str:
     return NOTHING if value is None else f"{100 * value:.1f}"
 
 
-def _signed(value: float | None, digits: int, scale: float) -> str:
+def _signed(value: float | None, decimals: int, scale: float) -> str:
     if value is None:
         return NOTHING
-    text = _number(scale * value, digits)
-    return f"+{text}" if float(f"{scale * value:.{digits}f}") > 0 else text
+    text = _number(scale * value, decimals)
+    return f"+{text}" if float(f"{scale * value:.{decimals}f}") > 0 else text
 
 
-def _number(value: float, digits: int) -> str:
-    """With the sign of a minus, unless it is rounded to nothing."""
-    text = f"{value:.{digits}f}"
+def _number(value: float, decimals: int) -> str:
+    """Returns a number with a typographic minus; what is rounded to zero has no sign."""
+    text = f"{value:.{decimals}f}"
     return (text if float(text) else text.lstrip(HYPHEN)).replace(HYPHEN, MINUS)

@@ -113,7 +113,7 @@
   function listSeeds(chosen) {
     const condition = control.condition.value;
     const block = episodes(condition);
-    const none = ["No policy", world.floor.join(" and ")].filter(Boolean).join(" but ");
+    const none = ["No policy", world.trivial.join(" and ")].filter(Boolean).join(" but ");
     const groups = [["A policy", true], [none, false]].map(([who, failed]) => {
       const group = document.createElement("optgroup");
       const seeds = block.seeds.filter((_, k) => block.failed[k] === failed);
@@ -188,7 +188,7 @@
         span.style.width = `${100 * (to - from) / state.end}%`;
         lane.append(span);
       };
-      const held = condition.task === "push" ? 0 : take.closure ?? take.end;
+      const held = condition.grasped ? 0 : take.closure ?? take.end;
       bar("before", 0, held);
       bar("after", held, take.end);
       return lane;

@@ -288,7 +288,7 @@ const stage = ((palette) => {
   /** What the boats of an episode are doing. */
   function phase({ condition, take }, time) {
     if (time >= take.end) return take.verdict;
-    if (condition.task === "push") return "pushing";
+    if (condition.grasped) return "pushing";
     if (take.closure === null || time < take.closure) return "approaching";
     return `closed at ${take.closure.toFixed(1)} s`;
   }
