@@ -10,6 +10,7 @@ from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
 from asv_env.render.outlines import outline
 from asv_env.tasks import formation
+from baselines.evaluate import statistics
 from baselines.paper import dubins, two_arc
 from baselines.paper.arcs import advance
 from baselines.paper.paper_gains import ARRIVAL_TIME, GAINS, IN_RANGE
@@ -28,6 +29,7 @@ from baselines.reproduce import (
     fig5_paths,
     fig6_9_states,
     fig10_trials,
+    planned_paths,
     planner_comparison,
     readme_table,
     reattribution,
@@ -35,7 +37,7 @@ from baselines.reproduce import (
     sketch,
     style,
 )
-from baselines.reproduce.job import Job
+from baselines.reproduce.artefact import Job
 from baselines.rollout import episodes, provenance, runner
 from baselines.scripted import PathGains, PathPlanner
 
@@ -46,6 +48,13 @@ FILES = ["fig3.pdf", "fig3.png", "fig5.pdf", "fig5.png"]
 
 def run(*arguments):
     command.main([str(argument) for argument in arguments])
+
+
+def refusal(capsys, *arguments):
+    """What the command says where it refuses its arguments, in one line."""
+    with pytest.raises(SystemExit) as stopped:
+        run(*arguments)
+    return " ".join(f"{stopped.value} {capsys.readouterr().err}".replace("│", " ").split())
 
 
 def contents_of(folder):
@@ -92,9 +101,7 @@ def test_other_options_overwrite_only_when_asked(made, tmp_path, capsys):
     folder.mkdir()
     for name, content in contents_of(made).items():
         (folder / name).write_bytes(content)
-    with pytest.raises(SystemExit):
-        run("--only", "fig3", "--seed", 5, "--out", folder)
-    assert "--overwrite" in capsys.readouterr().err
+    assert "--overwrite" in refusal(capsys, "--only", "fig3", "--seed", 5, "--out", folder)
     assert contents_of(folder) == contents_of(made)
     run("--only", "fig3", "--seed", 5, "--out", folder, "--overwrite")
     entries = json.loads((folder / "record.json").read_text())
@@ -103,21 +110,17 @@ def test_other_options_overwrite_only_when_asked(made, tmp_path, capsys):
 
 def test_results_of_other_code_are_not_taken_for_those_of_this(made, monkeypatch, capsys):
     monkeypatch.setattr(provenance, "code", lambda *modules: "other")
-    with pytest.raises(SystemExit):
-        run("--only", "fig3", "--out", made)
-    assert "other code" in capsys.readouterr().err
+    assert "other code" in refusal(capsys, "--only", "fig3", "--out", made)
 
 
 @pytest.mark.parametrize("name", ["fig3.png", "README.md"])
 def test_a_file_that_was_there_before_is_not_replaced(name, tmp_path, capsys):
     (tmp_path / name).write_text("mine")
-    with pytest.raises(SystemExit):
-        run("--only", "fig3", "--out", tmp_path)
-    assert name in capsys.readouterr().err
+    assert name in refusal(capsys, "--only", "fig3", "--out", tmp_path)
     assert contents_of(tmp_path) == {name: b"mine"}
 
 
-def test_a_run_that_was_stopped_goes_on(tmp_path, monkeypatch, capsys):
+def test_a_run_that_was_stopped_continues(tmp_path, monkeypatch, capsys):
     def stopped(self, product, stem):
         stem.with_suffix(".png").write_text("half")
         raise KeyboardInterrupt
@@ -128,7 +131,7 @@ def test_a_run_that_was_stopped_goes_on(tmp_path, monkeypatch, capsys):
                 fig5_paths.correction, artefact.GEOMETRY
             )
         )  # fmt: skip
-        with pytest.raises(SystemExit, match="to go on"):
+        with pytest.raises(SystemExit, match="the same command continues"):
             run(*ONLY, "--out", tmp_path)
     first = (tmp_path / "fig3.png").stat().st_mtime_ns
     run(*ONLY, "--out", tmp_path)
@@ -141,15 +144,13 @@ def test_a_run_that_was_stopped_goes_on(tmp_path, monkeypatch, capsys):
     ("arguments", "message"),
     [
         (["--only", "fig33"], "Did you mean 'fig3'"),
-        (["--seed", "-1"], "--seed -1"),
-        (["--trials", "0"], "--trials 0"),
-        (["--episodes", "0"], "--episodes 0"),
+        (["--seed", "-1"], "seed = -1"),
+        (["--trials", "0"], "trials = 0"),
+        (["--episodes", "0"], "episodes = 0"),
     ],
 )
 def test_bad_options_are_refused_before_anything_is_made(arguments, message, tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        run(*arguments, "--out", tmp_path / "none")
-    assert message in capsys.readouterr().err
+    assert message in refusal(capsys, *arguments, "--out", tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 
@@ -170,9 +171,7 @@ def test_a_page_that_cannot_take_the_table_is_refused(text, only, message, tmp_p
     path = tmp_path / "page.md"
     if text is not None:
         path.write_text(text)
-    with pytest.raises(SystemExit):
-        run("--only", only, "--page", path, "--out", tmp_path / "none")
-    assert message in capsys.readouterr().err
+    assert message in refusal(capsys, "--only", only, "--page", path, "--out", tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 
@@ -188,9 +187,7 @@ def test_the_table_is_put_between_the_marks():
 
 def test_out_that_is_a_file_is_refused(tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    with pytest.raises(SystemExit):
-        run("--out", tmp_path / "file")
-    assert "is a file" in capsys.readouterr().err
+    assert "is a file" in refusal(capsys, "--out", tmp_path / "file")
 
 
 def test_studies_come_before_what_needs_them():
@@ -244,18 +241,29 @@ def test_description_of_a_sample():
     assert comparison_rows.describe([]) == {"mean": None, "sd": None, "median": None}
 
 
-def test_interval_of_a_mean():
-    assert comparison_rows.interval([2.0, 2.0, 2.0]) == (2.0, 2.0)
-    assert comparison_rows.interval([2.0]) is None
-    sample = np.random.default_rng(1).normal(1.0, 0.5, 400)
-    low, high = comparison_rows.interval(sample)
-    half = 1.96 * sample.std(ddof=1) / 20
-    assert (low, high) == pytest.approx((sample.mean() - half, sample.mean() + half), abs=0.01)
+def test_rows_without_enough_values():
+    nothing, single = comparison_rows.rows_of({"a": {"m": [None, 1.0]}, "b": {"m": [None, None]}})
+    assert (nothing["episodes"], nothing["sd"], nothing["difference"]) == (1, None, None)
+    assert (single["episodes"], single["mean"], single["difference"]) == (0, None, None)
 
 
-def test_share():
-    assert comparison_rows.share([True, False, False, True]) == 0.5
-    assert comparison_rows.share([]) is None
+def test_differences_have_the_intervals_of_the_evaluation():
+    rng = np.random.default_rng(1)
+    first, second = rng.normal(1.0, 0.5, (2, 40))
+    applies = [*second[:-1].tolist(), None]
+    _, row = comparison_rows.rows_of({"a": {"m": first.tolist()}, "b": {"m": applies}})
+    found = statistics.difference(second[None, :-1], first[None, :-1])
+    assert row["difference"] == f"{found.value:+.3g} [{found.low:+.3g}, {found.high:+.3g}]"
+    assert row["its median"] == pytest.approx(np.median((second - first)[:-1]))
+
+
+def test_differences_of_rates_have_an_interval_where_all_are_alike():
+    values = {name: {"delivered": [1.0] * 9} for name in ("a", "b")}
+    found = statistics.difference_in_success(np.ones((1, 9)), np.ones((1, 9)))
+    assert (
+        comparison_rows.rows_of(values)[1]["difference"]
+        == f"+0 [{found.low:+.3g}, {found.high:+.3g}]"
+    )
 
 
 def row(distance, heading, closure=80.0, success=False):
@@ -321,7 +329,7 @@ def test_differences_are_paired():
     first, second = comparison_rows.rows_of({"a": {"m": [1.0, 5.0]}, "b": {"m": [2.0, 6.0]}})
     assert (first["condition"], first["mean"], first["difference"]) == ("a", 3.0, None)
     assert (second["condition"], second["mean"], second["its median"]) == ("b", 4.0, 1.0)
-    assert second["difference"] == "+1 [+1, +1]"
+    assert second["difference"] == "+1"
 
 
 def test_planners_are_compared_where_both_arrive():
@@ -474,7 +482,7 @@ def test_a_run_is_drawn_with_and_without_closure(closure):
 def test_shares_of_episodes_rise_by_one_episode_each():
     axes = style.panels(80, 60)[1][0]
     for values, points in (([3.0, None, 1.0, None], [[1, 0], [1, 0.25], [3, 0.5]]), ([None], [])):
-        planner_comparison.draw_shares(axes, values)
+        planner_comparison.draw_fractions(axes, values)
         np.testing.assert_allclose(axes.lines[-1].get_xydata(), np.reshape(points, (-1, 2)))
 
 
@@ -491,7 +499,7 @@ def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
             seen.append(sensed)
 
     before = simulation.sensed.estimate.copy()
-    single_runs.NoisySight(Watch(), seed=0).act(simulation.sensed, None, None, None)
+    single_runs.NoisyPoses(Watch(), seed=0).act(simulation.sensed, None, None, None)
     np.testing.assert_array_equal(simulation.sensed.estimate, before)
     noise = seen[0].estimate - before
     np.testing.assert_array_equal(noise[:, 0], 0.0)
@@ -503,7 +511,7 @@ def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
 
 
 def test_both_comparisons_of_planners_have_the_same_goals():
-    world = planner_comparison.world("nominal")
+    world = planner_comparison.push_to_random_goals("nominal")
     params = replace(world, task=replace(world.task, time_limit=0.2))
     tracks = list(runner.run(Idle, params, range(3, 6), 3))
     tracks.sort(key=lambda track: track.episode.seed)
@@ -512,7 +520,7 @@ def test_both_comparisons_of_planners_have_the_same_goals():
 
 
 def test_lengths_are_none_exactly_where_a_radius_is_too_small():
-    goals = planner_comparison.goals(planner_comparison.world("nominal"), range(40))
+    goals = planner_comparison.goals(planner_comparison.push_to_random_goals("nominal"), range(40))
     ratios = fig5_paths.lengths(goals, 0.2)
     assert min(r for by in ratios.values() for r in by if r is not None) > 1 - 1e-9
     for goal, one in zip(goals, ratios["alpha1 = 1"], strict=True):
@@ -521,22 +529,22 @@ def test_lengths_are_none_exactly_where_a_radius_is_too_small():
 
 
 def test_planners_may_turn_as_tightly_as_the_scripted_policy_does():
-    params = planner_comparison.world("nominal")
+    params = planner_comparison.push_to_random_goals("nominal")
     goals = planner_comparison.goals(params, range(100))
     planner = PathPlanner(params.vessel, PathGains())
     own = planner.plan(goals[:, 0] + 1j * goals[:, 1], goals[:, 2])
-    assert 1 / np.abs(own.curvature).max() == pytest.approx(planner_comparison.least_radius(params))
+    assert 1 / np.abs(own.curvature).max() == pytest.approx(planned_paths.least_radius(params))
 
 
-@pytest.mark.parametrize("name", planner_comparison.PLANNERS)
+@pytest.mark.parametrize("name", planned_paths.PLANNERS)
 def test_the_policy_drives_the_paths_of_the_planner(name):
-    world = planner_comparison.world("nominal")
+    world = planner_comparison.push_to_random_goals("nominal")
     params = replace(world, task=replace(world.task, time_limit=20.0))
-    radius = planner_comparison.least_radius(params)
+    radius = planned_paths.least_radius(params)
     seen = []
 
     def make(params):
-        policy = planner_comparison.PLANNERS[name](params)
+        policy = planned_paths.PLANNERS[name](params)
         act = policy.act
 
         def watched(*arguments):
@@ -585,7 +593,7 @@ def test_boat_off_its_circle():
 
 
 def test_role_of_the_dead_boat_is_the_one_that_it_has_in_the_simulation():
-    params = claims.broken_world()
+    params = claims.one_boat_dead()
     simulation = Simulation(params, 12)
     simulation.reset(seeds=range(12))
     slots = simulation.state.slot.copy()

@@ -2,115 +2,114 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+import tyro
 from tqdm import tqdm
 
-from asv_env.checks import choice
+from asv_env.checks import check_whole, choice
 from baselines.reproduce import contents, readme_table
-from baselines.reproduce.artefact import Artefact
+from baselines.reproduce.artefact import Artefact, Job
 from baselines.reproduce.contents import ARTEFACTS
-from baselines.reproduce.job import Job
-from baselines.reproduce.output_folder import Record
+from baselines.reproduce.output_folder import OutputFolder
 
+PROGRAM = "python -m baselines.reproduce"
 CAPTIONS = "README.md"
 TABLE = "table"
 
 
-def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """The command line; exits with a message where it is wrong."""
-    parser = argparse.ArgumentParser(
-        prog="python -m baselines.reproduce",
-        description="Make the paper's figures and table anew, beside its own numbers. What is "
-        "there already, made with the same options by the same code, is kept: start a run that "
-        "was stopped again, and it goes on.",
-    )
-    add = parser.add_argument
-    add("--only", nargs="+", metavar="NAME", default=list(ARTEFACTS),
-        help=f"of {', '.join(ARTEFACTS)}; by default all")  # fmt: skip
-    add("--seed", type=int, default=0, help="seed of the first episode (%(default)s)")
-    add("--trials", type=int, default=12, help="trials of figures 6 to 10 (%(default)s)")
-    add("--episodes", type=int, default=96, help="episodes a condition of tables (%(default)s)")
-    add("--out", type=Path, default=Path("runs/reproduce"), help="folder (%(default)s)")
-    add("--page", type=Path, help="a page to put the table into as well, between its marks")
-    add("--overwrite", action="store_true", help="replace what was made with other options")
-    options = parser.parse_args(arguments)
-    try:
-        _check(options)
-    except (ValueError, TypeError, FileExistsError, FileNotFoundError) as error:
-        parser.error(str(error))
-    return options
+@dataclass(frozen=True)
+class Options:
+    """Reproduce the paper's figures and tables, side by side with its own numbers.
+
+    What is there already, made with the same options by the same code, is kept: repeat the command
+    to continue a run that was stopped.
+    """
+
+    only: tuple[str, ...] = tuple(ARTEFACTS)
+    """names of the figures, tables and studies to make"""
+    seed: int = 0
+    """seed of the first episode"""
+    trials: int = 12
+    """number of trials of figures 6 to 10"""
+    episodes: int = 96
+    """number of episodes in each condition of the tables"""
+    out: Path = Path("runs/reproduce")
+    """folder to write to"""
+    page: Path | None = None
+    """page that receives the table as well, between its two marks"""
+    overwrite: bool = False
+    """replace what was made with other options or other code"""
+
+    def __post_init__(self) -> None:
+        for name in self.only:
+            choice("figure or table", name, ARTEFACTS)
+        for name, least in (("seed", 0), ("trials", 1), ("episodes", 1)):
+            check_whole(self, name, least)
+        if self.out.exists() and not self.out.is_dir():
+            raise FileExistsError(f"{self.out} is a file: choose another folder with --out")
+        if self.page is not None:
+            if TABLE not in self.only:
+                raise ValueError(f"--page takes the table: add {TABLE} to --only")
+            readme_table.check(self.page.read_text())
+
+    @property
+    def job(self) -> Job:
+        """Options on which the numbers depend."""
+        return Job(self.seed, self.trials, self.episodes)
 
 
-def _check(options: argparse.Namespace) -> None:
-    """Completes the options with ``record`` and ``missing``, what is still to be made.
+def reproduce(options: Options) -> str:
+    """Make what is missing, write each artefact as soon as it is made, and return a summary.
 
     Raises:
-        ValueError: an unknown name, a number out of range, or a page that cannot take the table.
-        FileExistsError: there is something in the way.
-        FileNotFoundError: there is no such page.
+        ValueError: the record in the folder cannot be read.
+        FileExistsError: files are there that were made in another way, and are not to be replaced.
     """
-    for name in options.only:
-        choice("figure or table", name, ARTEFACTS)
-    for name, least in (("seed", 0), ("trials", 1), ("episodes", 1)):
-        if getattr(options, name) < least:
-            raise ValueError(f"--{name} {getattr(options, name)}: must be at least {least}")
-    if options.out.exists() and not options.out.is_dir():
-        raise FileExistsError(f"{options.out} is a file: choose another folder with --out")
-    if options.page is not None:
-        if TABLE not in options.only:
-            raise ValueError(f"--page takes the table: add {TABLE} to --only")
-        readme_table.check(options.page.read_text())
-    options.job = Job(options.seed, options.trials, options.episodes)
-    options.record = Record(options.out, options.job)
-    options.missing = {
-        name: artefact
-        for name, artefact in contents.selection(options.only).items()
-        if not options.record.complete(name, artefact.files(name))
-    }
-    present = [
-        file
-        for name, artefact in options.missing.items()
-        for file in options.record.in_the_way(name, artefact.files(name))
-    ]
-    if (options.out / CAPTIONS).exists() and not options.record.known:
+    folder = OutputFolder(options.out, options.job)
+    wanted = contents.selection(options.only)
+    missing = {name: one for name, one in wanted.items() if not folder.holds(name, one)}
+    present = [file for name, one in missing.items() for file in folder.in_the_way(name, one)]
+    if (options.out / CAPTIONS).exists() and not folder.known:
         present.append(CAPTIONS)
     if present and not options.overwrite:
         raise FileExistsError(
             f"{options.out} holds {', '.join(present)} already, made with other options or other "
             "code: choose another folder with --out, or replace them with --overwrite"
         )
-
-
-def reproduce(options: argparse.Namespace) -> None:
-    """Makes what is missing, and writes each artefact as soon as it is made."""
-    options.out.mkdir(parents=True, exist_ok=True)
-    bar: tqdm[tuple[str, Artefact]]
-    with tqdm(options.missing.items(), unit="artefact", file=sys.stderr) as bar:
-        for name, artefact in bar:
-            bar.set_description(name)
-            options.record.begin(name)
-            artefact.build(name, options.job, options.out)
-            options.record.finish(name)
-    (options.out / CAPTIONS).write_text(contents.captions(options.record.made()))
+    _make(missing, folder, options)
+    (options.out / CAPTIONS).write_text(contents.captions(folder.made()))
     if options.page is not None:
         table = json.loads((options.out / f"{TABLE}.json").read_text())
         options.page.write_text(readme_table.updated(options.page.read_text(), table))
+    kept = len(wanted) - len(missing)
+    return f"{options.out}: {len(missing)} made, {kept} kept. See {CAPTIONS} there."
+
+
+def _make(missing: dict[str, Artefact], folder: OutputFolder, options: Options) -> None:
+    options.out.mkdir(parents=True, exist_ok=True)
+    bar: tqdm[tuple[str, Artefact]]
+    with tqdm(missing.items(), unit="artefact", file=sys.stderr) as bar:
+        for name, artefact in bar:
+            bar.set_description(name)
+            folder.begin(name)
+            artefact.build(name, options.job, options.out)
+            folder.finish(name)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point of ``python -m baselines.reproduce``."""
-    options = parse(arguments)
-    kept = len(contents.selection(options.only)) - len(options.missing)
+    """Run the command line; exits with a message where something is wrong."""
     try:
-        reproduce(options)
+        options = tyro.cli(Options, args=arguments, prog=PROGRAM)
+        print(reproduce(options))
+    except (ValueError, OSError) as error:
+        sys.exit(f"{PROGRAM}: {error}")
     except KeyboardInterrupt:
-        sys.exit("\nStopped. What was made is kept: give the same command to go on.")
-    print(f"{options.out}: {len(options.missing)} made, {kept} kept. See {CAPTIONS} there.")
+        sys.exit(f"{PROGRAM}: stopped; what was made is kept, the same command continues")
 
 
 if __name__ == "__main__":

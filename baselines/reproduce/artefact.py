@@ -11,12 +11,30 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from baselines.reproduce import style
-from baselines.reproduce.job import Job
 
 GEOMETRY = "equations alone, nothing is simulated"
 MODEL = "the kinematic model of Eq. (8), without hulls and water"
 SIMULATION = "simulation of hulls, water and contact"
-BOTH = f"{SIMULATION}; beside it the paper's own numbers from its tank experiment"
+BOTH = f"{SIMULATION}; next to it the paper's own numbers from its tank experiment"
+
+
+@dataclass(frozen=True)
+class Job:
+    """Options on which the numbers depend.
+
+    Attributes:
+        seed: of the first episode; episode k has the seed plus k.
+        trials: number of episodes of Figs. 6 to 10; the paper has 12.
+        episodes: number of episodes in each condition of the tables.
+    """
+
+    seed: int
+    trials: int
+    episodes: int
+
+    def seeds(self, number: int) -> range:
+        """Return the seeds of the first ``number`` episodes."""
+        return range(self.seed, self.seed + number)
 
 
 @dataclass(frozen=True)
@@ -24,9 +42,9 @@ class Artefact(ABC):
     """One thing to make.
 
     Attributes:
-        make: from the job and the studies needed to what ``save`` saves.
+        make: function from the job and the studies needed to what ``save`` saves.
         source: where its numbers come from.
-        needs: studies whose results it takes, by name.
+        needs: names of the studies whose results it takes.
     """
 
     suffixes: ClassVar[tuple[str, ...]]
@@ -36,11 +54,11 @@ class Artefact(ABC):
     needs: tuple[str, ...] = ()
 
     def files(self, name: str) -> list[str]:
-        """Names of its files."""
+        """Return the names of its files."""
         return [name + suffix for suffix in self.suffixes]
 
     def shown(self, name: str) -> str:
-        """Its files in Markdown."""
+        """Return its files in Markdown: links, or the picture."""
         return ", ".join(f"[{file}]({file})" for file in self.files(name))
 
     @property
@@ -49,53 +67,53 @@ class Artefact(ABC):
         return inspect.getdoc(self.make) or ""
 
     def build(self, name: str, job: Job, folder: Path) -> None:
-        """Makes it and writes its files."""
+        """Make it from the studies in the folder, and write its files there."""
         studies = [json.loads((folder / f"{need}.json").read_text()) for need in self.needs]
         with style.applied():
             self.save(self.make(job, *studies), folder / name)
 
     @abstractmethod
     def save(self, product: Any, stem: Path) -> None:
-        """Writes what was made to files that differ in their suffixes."""
+        """Write what was made to files that differ in their suffixes."""
 
 
 class Study(Artefact):
-    """Numbers that figures and tables are made of."""
+    """Numbers that figures and tables are made of: a document of plain values."""
 
     suffixes = (".json",)
 
     def save(self, product: Any, stem: Path) -> None:
-        """Writes a document of plain values."""
+        """See ``Artefact.save``."""
         stem.with_suffix(".json").write_text(json.dumps(product) + "\n")
 
 
 class Figure(Artefact):
-    """A matplotlib figure."""
+    """A matplotlib figure, saved as a picture and as a drawing."""
 
     suffixes = style.SUFFIXES
 
     def shown(self, name: str) -> str:
-        """The picture."""
+        """See ``Artefact.shown``."""
         return f"![{name}]({name}.png)"
 
     def save(self, product: Any, stem: Path) -> None:
-        """Writes a picture and a drawing."""
+        """See ``Artefact.save``."""
         style.save(product, stem)
 
 
 class Table(Artefact):
-    """Rows of cells by column, and remarks."""
+    """Rows of cells by column, and notes, saved for readers and for programs."""
 
     suffixes = (".md", ".json")
 
     def save(self, product: Any, stem: Path) -> None:
-        """Writes the same table for readers and for programs."""
+        """See ``Artefact.save``."""
         stem.with_suffix(".json").write_text(json.dumps(product, indent=2) + "\n")
         stem.with_suffix(".md").write_text(markdown(product))
 
 
 def markdown(product: dict[str, Any]) -> str:
-    """A table as Markdown.
+    """Return a table as Markdown.
 
     Args:
         product: ``rows``, mappings from the same columns to text, numbers or None; ``notes``.
@@ -108,7 +126,7 @@ def markdown(product: dict[str, Any]) -> str:
 
 
 def cell(value: Any) -> str:
-    """A cell of a table for readers: numbers to three digits."""
+    """Return the text of a table's cell: numbers to three digits, a dash for None."""
     if value is None:
         return "–"
     return f"{value:.3g}" if isinstance(value, float) else str(value)

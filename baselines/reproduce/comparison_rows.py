@@ -1,21 +1,24 @@
-"""Means with what they are worth."""
+"""Rows of tables that compare conditions over the same episodes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.stats import bootstrap
 
-LEVEL = 0.95
-RESAMPLES = 2000
+from asv_env.types import Float
+from baselines.evaluate import statistics
+
+Values = Mapping[str, Mapping[str, Sequence[float | None]]]
+"""Values by condition and measure, one an episode; None where the measure does not apply."""
+RATES = ("delivered", "closure reached")
+"""Measures that are 1 for a success and 0 for a failure."""
 
 
-def describe(values: Sequence[float]) -> dict[str, float | None]:
-    """Mean, standard deviation of the sample and median; None where there are too few values."""
-    array = np.asarray(values, dtype=np.float64)
+def describe(values: Sequence[float | None]) -> dict[str, float | None]:
+    """Return mean, standard deviation of the sample and median; None for too few values."""
+    array = _applicable(np.array(values, dtype=np.float64))
     return {
         "mean": float(array.mean()) if len(array) else None,
         "sd": float(array.std(ddof=1)) if len(array) > 1 else None,
@@ -23,64 +26,51 @@ def describe(values: Sequence[float]) -> dict[str, float | None]:
     }
 
 
-def interval(differences: ArrayLike) -> tuple[float, float] | None:
-    """Bootstrap interval (95 %) of the mean of paired differences (n,); None for n < 2."""
-    array = np.asarray(differences, dtype=np.float64)
-    if len(array) < 2:
-        return None
-    if np.ptp(array) == 0:
-        return float(array[0]), float(array[0])
-    result = bootstrap(
-        (array,), np.mean, confidence_level=LEVEL, n_resamples=RESAMPLES, method="percentile",
-        rng=np.random.default_rng(0),
-    ).confidence_interval  # fmt: skip
-    return float(result.low), float(result.high)
+def rows_of(values: Values) -> list[dict[str, Any]]:
+    """Return the rows of a table, measure by measure.
 
-
-def share(flags: Sequence[bool]) -> float | None:
-    """Share of true ones; None of nothing."""
-    return sum(flags) / len(flags) if flags else None
-
-
-def in_words(differences: Sequence[float]) -> str | None:
-    """Mean of differences and its interval; None without any."""
-    if not differences:
-        return None
-    bounds = interval(differences)
-    text = f"{np.mean(differences):+.3g}"
-    return text if bounds is None else f"{text} [{bounds[0]:+.3g}, {bounds[1]:+.3g}]"
-
-
-def row(
-    condition: str, measure: str, values: Sequence[float], first: Sequence[float] | None
-) -> dict[str, Any]:
-    """A row of the table.
-
-    Args:
-        condition: under which it was measured.
-        measure: what was measured, and its unit.
-        values: one an episode.
-        first: those of the first condition in the same episodes; None for itself.
-    """
-    differences = [] if first is None else [float(d) for d in np.subtract(values, first)]
-    return {
-        "condition": condition,
-        "episodes": len(values),
-        "measure": measure,
-        **describe(values),
-        "difference": in_words(differences),
-        "its median": describe(differences)["median"],
-    }
-
-
-def rows_of(values: dict[str, dict[str, list[float]]]) -> list[dict[str, Any]]:
-    """Rows of a table by measure: ``values[condition][measure]``, one an episode.
-
-    The first condition is the one that the others are compared with.
+    The first condition is the one with which the others are compared, episode by episode.
     """
     first, *_ = values.values()
     return [
-        row(condition, measure, own[measure], None if own is first else first[measure])
+        _row(condition, measure, own[measure], None if own is first else first[measure])
         for measure in first
         for condition, own in values.items()
     ]
+
+
+def _row(
+    condition: str,
+    measure: str,
+    values: Sequence[float | None],
+    first: Sequence[float | None] | None,
+) -> dict[str, Any]:
+    row = {
+        "condition": condition,
+        "episodes": sum(value is not None for value in values),
+        "measure": measure,
+        **describe(values),
+        "difference": None,
+        "its median": None,
+    }
+    if first is not None:
+        own, compared = (np.array(series, dtype=np.float64) for series in (values, first))
+        if len(differences := _applicable(own - compared)):
+            row["difference"] = difference(own, compared, rate=measure in RATES)
+            row["its median"] = float(np.median(differences))
+    return row
+
+
+def difference(own: Float, compared: Float, rate: bool) -> str:
+    """Return the mean difference of values (E,), NaN left out, and its interval in words."""
+    if rate:
+        both = np.isfinite(own - compared)
+        found = statistics.difference_in_success(own[None, both], compared[None, both])
+    else:
+        found = statistics.difference(own[None], compared[None])
+    text = f"{found.value:+.3g}"
+    return text if found.low is None else f"{text} [{found.low:+.3g}, {found.high:+.3g}]"
+
+
+def _applicable(values: Float) -> Float:
+    return values[~np.isnan(values)]

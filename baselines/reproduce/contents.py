@@ -1,4 +1,4 @@
-"""The table of contents: all that a run makes, in the order in which it is made."""
+"""All artefacts, in the order in which they are made."""
 
 from __future__ import annotations
 
@@ -50,20 +50,20 @@ ARTEFACTS: dict[str, Artefact] = {
 }
 INTRODUCTION = """\
 G. Sartoretti, S. Shaw and M. A. Hsieh, *Distributed Planar Manipulation in Fluidic Environments*;
-numbers of figures are theirs. Written by `python -m baselines.reproduce`: by which options, with
-which libraries, and by what state of the code, says `record.json`.
+numbers of figures are theirs. Written by `python -m baselines.reproduce`; its options, the
+versions of the libraries and the fingerprint of the code are in `record.json`.
 """
 
 
-def selection(names: list[str]) -> dict[str, Artefact]:
-    """The artefacts named, and the studies that they need before them."""
+def selection(names: Collection[str]) -> dict[str, Artefact]:
+    """Return the artefacts with these names, and before them the studies that they need."""
     wanted = set(names) | {need for name in names for need in ARTEFACTS[name].needs}
     return {name: artefact for name, artefact in ARTEFACTS.items() if name in wanted}
 
 
 def captions(names: Collection[str]) -> str:
-    """What figures and tables show and where their numbers come from, as a page of Markdown."""
-    parts = ["# The paper's figures and table, made anew\n", INTRODUCTION]
+    """Return what figures and tables show and where their numbers come from, as Markdown."""
+    parts = ["# The paper's figures and tables, reproduced\n", INTRODUCTION]
     for name, artefact in ARTEFACTS.items():
         if name in names and not isinstance(artefact, Study):
             parts.append(f"## {name}\n\n{artefact.shown(name)}\n\n{artefact.caption}\n")

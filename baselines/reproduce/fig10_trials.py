@@ -1,12 +1,13 @@
-"""Fig. 10 and the table: repeated trials of the experiment beside the paper's own."""
+"""Fig. 10 and the table: repeated trials of the experiment, paired with the paper's own."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -14,35 +15,33 @@ from baselines.evaluate.report import palette
 from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
 from baselines.policy import POLICIES
 from baselines.reproduce import style
-from baselines.reproduce.comparison_rows import describe, share
-from baselines.reproduce.job import Job
+from baselines.reproduce.artefact import Job
+from baselines.reproduce.comparison_rows import describe
 from baselines.reproduce.paper_environments import experiment, run
 
 COMPARED = ("paper", "scripted")
 SCENARIOS = ("nominal", "noisy")
+Episodes = Sequence[dict[str, Any]]
+"""Rows of ``episodes.csv``."""
 
 
-def trials(job: Job) -> dict[str, dict[str, list[dict[str, Any]]]]:
-    """Episodes of the experiment by policy and scenario, as rows of ``episodes.csv``."""
+def trials(job: Job) -> dict[str, dict[str, Episodes]]:
+    """Return episodes of the experiment by policy and scenario."""
+    seeds = job.seeds(max(job.trials, job.episodes))
+
+    def episodes(policy: str, scenario: str) -> Episodes:
+        params = experiment(scenario=scenario)
+        logs = run(POLICIES[policy], params, seeds, f"{policy}, {scenario}")
+        return [asdict(log.episode) for log in logs]
+
     return {
-        policy: {
-            scenario: [
-                asdict(log.episode)
-                for log in run(
-                    POLICIES[policy],
-                    experiment(scenario=scenario),
-                    job.seeds(max(job.trials, job.episodes)),
-                    f"{policy}, {scenario}",
-                )
-            ]
-            for scenario in SCENARIOS
-        }
+        policy: {scenario: episodes(policy, scenario) for scenario in SCENARIOS}
         for policy in COMPARED
     }
 
 
-def errors(rows: Sequence[dict[str, Any]]) -> tuple[list[float], list[float]]:
-    """Smallest distance, cm, and heading error at that instant, rad, of the rows with closure.
+def errors(rows: Episodes) -> tuple[list[float], list[float]]:
+    """Return smallest distances, cm, and heading errors then, rad, of the rows with closure.
 
     Without closure there is no goal yet, as it is given from the pose at closure.
     """
@@ -60,33 +59,16 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     has no mark.
     """
     drawn, axes = style.panels(style.PAGE, 62.0, 1, 2)
-    numbers = np.arange(1, job.trials + 1)
-    for panel, column, colour, paper in zip(
-        axes,
-        (0, 1),
-        (palette.VERMILLION, palette.BLUE),
-        (PAPER_POSITION, PAPER_HEADING),
-        strict=True,
-    ):
-        mean, deviation = paper
+    panels = zip(
+        axes, (palette.VERMILLION, palette.BLUE), (PAPER_POSITION, PAPER_HEADING), strict=True
+    )
+    for column, (panel, colour, (mean, deviation)) in enumerate(panels):
         panel.axhspan(mean - deviation, mean + deviation, color=palette.PALE, lw=0)
         panel.axhline(mean, color=palette.GREY, ls=":", label="tank experiment (paper)")
         for scenario, fill, line in zip(SCENARIOS, (colour, "white"), ("-", "--"), strict=True):
             rows = study["paper"][scenario][: job.trials]
-            closed = [row["time_to_closure"] is not None for row in rows]
-            values = np.array(errors(rows)[column])
-            panel.plot(
-                numbers[closed],
-                values,
-                "o",
-                mfc=fill,
-                mec=colour,
-                ms=4,
-                label=f"simulation, {scenario}",
-                zorder=3,
-            )
-            if len(values):
-                panel.axhline(values.mean(), color=colour, ls=line, lw=0.8)
+            looks = {"mfc": fill, "mec": colour, "label": f"simulation, {scenario}"}
+            _draw_trials(panel, rows, column, line, looks)
         panel.set_xlabel("trial")
         panel.set_xlim(0.5, job.trials + 0.5)
         panel.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -97,42 +79,33 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     return drawn
 
 
+def _draw_trials(axes: Axes, rows: Episodes, column: int, line: str, looks: dict[str, Any]) -> None:
+    """Draw the trials of a scenario and their mean."""
+    numbers = [k for k, row in enumerate(rows, start=1) if row["time_to_closure"] is not None]
+    values = errors(rows)[column]
+    axes.plot(numbers, values, "o", ms=4, zorder=3, **looks)
+    if values:
+        axes.axhline(float(np.mean(values)), color=looks["mec"], ls=line, lw=0.8)
+
+
 def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
-    """Errors of placement: the paper's tank experiment beside the simulation.
+    """Errors of placement: the paper's tank experiment and the simulation, side by side.
 
     Smallest distance of the vessel to its goal and signed heading error at that instant, over the
     trials that came to closure.
     """
-    rows = [
-        _row(
-            "tank experiment (paper)",
-            "",
-            "",
-            PAPER_TRIALS,
-            None,
-            None,
-            _given(PAPER_POSITION),
-            _given(PAPER_HEADING),
-        )
-    ]
+    names = ("source", "policy", "scenario", "trials", "closed", "delivered")
+    paper = zip(names, ("tank experiment (paper)", "", "", PAPER_TRIALS, None, None), strict=True)
+    rows = [dict(paper) | _in_columns(*map(_printed, (PAPER_POSITION, PAPER_HEADING)))]
     for policy in COMPARED:
         for scenario in SCENARIOS:
             episodes = study[policy][scenario][: job.episodes]
-            distance, heading = errors(episodes)
-            closed = [row["time_to_closure"] is not None for row in episodes]
-            delivered = [row["success"] for row in episodes]
-            rows.append(
-                _row(
-                    "simulation",
-                    policy,
-                    scenario,
-                    len(episodes),
-                    share(closed),
-                    share(delivered),
-                    describe(distance),
-                    describe(heading),
-                )
-            )
+            number = len(episodes)
+            closed = sum(row["time_to_closure"] is not None for row in episodes) / number
+            delivered = sum(row["success"] for row in episodes) / number
+            row = ("simulation", policy, scenario, number, closed, delivered)
+            found = _in_columns(*map(describe, errors(episodes)))
+            rows.append(dict(zip(names, row, strict=True)) | found)
     notes = [
         "Rows of the simulation: preset `experiment`, goal {0.55 m, -0.95 m, 0.1 rad} from the "
         "pose at closure. Delivered: within 5 cm and 0.1 rad at rest. Deviations are those of "
@@ -141,27 +114,11 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
     return {"rows": rows, "notes": notes}
 
 
-def _given(pair: tuple[float, float]) -> dict[str, float | None]:
+def _printed(pair: tuple[float, float]) -> dict[str, float | None]:
+    """Return what the paper prints of its trials, in the form of ``describe``."""
     return {"mean": pair[0], "sd": pair[1], "median": None}
 
 
-def _row(
-    source: str,
-    policy: str,
-    scenario: str,
-    number: int,
-    closed: float | None,
-    delivered: float | None,
-    distance: dict[str, float | None],
-    heading: dict[str, float | None],
-) -> dict[str, Any]:
-    return {
-        "source": source,
-        "policy": policy,
-        "scenario": scenario,
-        "trials": number,
-        "closed": closed,
-        "delivered": delivered,
-        **{f"distance {key} (cm)": value for key, value in distance.items()},
-        **{f"heading {key} (rad)": value for key, value in heading.items()},
-    }
+def _in_columns(distance: Mapping[str, Any], heading: Mapping[str, Any]) -> dict[str, Any]:
+    columns = {f"distance {key} (cm)": value for key, value in distance.items()}
+    return columns | {f"heading {key} (rad)": value for key, value in heading.items()}

@@ -15,15 +15,15 @@ from baselines.paper.braitenberg import desired_heading, turn_direction
 from baselines.paper.experiment import PAPER_GOAL
 from baselines.paper.spiral import angular_distance, bearing_offset
 from baselines.reproduce import sketch, style
+from baselines.reproduce.artefact import Job
 from baselines.reproduce.fig3_4_approach import spiral_points
-from baselines.reproduce.job import Job
 
 ALPHA1 = 1.0
-"""The paper's angle of the first arc, rad."""
+"""Turn of the first arc in the paper, rad."""
 SIGMA = 1.0
-"""The paper's decay of the spiral in its experiment, rad."""
+"""Decay of the spiral in the paper's experiment, rad."""
 EXAMPLE_BOAT = (0.72, -0.26)
-"""Where the boat of Fig. 2 is, m."""
+"""Position of the boat in Fig. 2, m."""
 EXAMPLE_RADIUS = 0.45
 """Distance of the centre of rotation of Fig. 1 from the vessel's, m."""
 
@@ -31,7 +31,7 @@ EXAMPLE_RADIUS = 0.45
 def closure(job: Job) -> Figure:
     """Conditional closure of the vessel by four boats.
 
-    Blue crosses: slots; red: headings of the boats that hold them. The boats can push the vessel
+    Blue crosses: slots; red: headings of the boats in them. The boats can push the vessel
     along -n only, and turn it only about centres C on its long axis that lie outside it (solid
     green; |rho| >= S_x/2), not about one within (dotted).
     """
@@ -60,7 +60,7 @@ def _draw_closure(axes: Axes, params: EnvParams) -> None:
 
 
 def _draw_centres(axes: Axes, half: float) -> None:
-    """Where centres of rotation may lie, and one of them."""
+    """Draw where centres of rotation may lie, and one of them."""
     for side in (-1, 1):
         axes.plot([side * half, side * 0.6], [0, 0], color=palette.GREEN, lw=2.0, zorder=2)
     axes.plot([-half, half], [0, 0], ":", color=palette.VERMILLION, lw=1.2, zorder=4)
@@ -68,9 +68,9 @@ def _draw_centres(axes: Axes, half: float) -> None:
     axes.plot(*centre, "o", color=palette.GREEN, ms=3.5, zorder=7)
     sketch.label(axes, (EXAMPLE_RADIUS, 0.06), "C", palette.GREEN)
     arc = ArcPath(np.zeros(3), np.array([1 / EXAMPLE_RADIUS]), np.array([0.6 * EXAMPLE_RADIUS]))
-    way = sketch.path_points(arc)
-    axes.plot(*way.T, color=palette.GREEN, lw=0.9, zorder=4)
-    sketch.arrow(axes, way[-8], way[-1], color=palette.GREEN)
+    points = sketch.path_points(arc)
+    axes.plot(*points.T, color=palette.GREEN, lw=0.9, zorder=4)
+    sketch.arrow(axes, points[-8], points[-1], color=palette.GREEN)
     sketch.arrow(axes, (0, 0), (0, -0.2), color=palette.BLACK)
     sketch.label(axes, (-0.06, -0.2), "-n")
     for x, text in ((half, "S_x/2"), (EXAMPLE_RADIUS, r"\rho")):
@@ -104,12 +104,12 @@ def _draw_approach(axes: Axes, params: EnvParams) -> None:
     x, y = EXAMPLE_BOAT
     radius, alpha = float(np.hypot(x, y)), float(np.arctan2(y, x))
     theta, phi = float(angular_distance(alpha, np.pi / 2)), float(bearing_offset(alpha, SIGMA))
-    sense = int(turn_direction(x, 0.0))
-    heading = float(desired_heading(alpha, sense, phi))
+    turn = int(turn_direction(x, 0.0))
+    heading = float(desired_heading(alpha, turn, phi))
     pose = np.array([x, y, heading])
 
     sketch.hull(axes, params.vessel, np.zeros(3), zorder=1)
-    axes.plot(*spiral_points(radius, theta, SIGMA, sense).T, "--", color=palette.GREY)
+    axes.plot(*spiral_points(radius, theta, SIGMA, turn).T, "--", color=palette.GREY)
     axes.plot([0, x], [0, y], color=palette.BLACK, lw=0.7)
     axes.plot([0, 0.45], [0, 0], color=palette.GREY, lw=0.5)
     axes.plot([0, 0], [0, 0.45], color=palette.GREY, lw=0.5)
@@ -134,20 +134,16 @@ def _draw_push(axes: Axes, params: EnvParams) -> None:
     sketch.goal(axes, params, joints[2])
     axes.plot(*sketch.path_points(path).T, color=palette.BLUE, lw=1.4, zorder=6)
     sketch.crosses(axes, np.concatenate([centres, joints[1:2, :2]]))
-    for k, (colour, names) in enumerate(
-        zip(
-            (palette.GREEN, palette.PURPLE),
-            (("C_1", r"\alpha_1"), ("C_2", r"\alpha_2")),
-            strict=True,
-        )
-    ):
+    for k, colour in enumerate((palette.GREEN, palette.PURPLE)):
         radii = np.stack([joints[k, :2], centres[k], joints[k + 1, :2]])
         axes.plot(*radii.T, color=colour, lw=0.7)
         first = radii[0] - radii[1]
         start = float(np.arctan2(first[1], first[0]))
-        sketch.angle(axes, centres[k], start, float(path.turn[k]), 0.15, names[1], colour)
-        sketch.label(axes, centres[k] + (0.08 * np.sign(path.curvature[k]), 0.0), names[0], colour)
-        aside = np.array([-first[1], first[0]]) * np.sign(path.turn[k]) / np.hypot(*first)
-        sketch.label(axes, radii[:2].mean(axis=0) - 0.06 * aside, rf"\rho_{k + 1}", colour)
+        sketch.angle(axes, centres[k], start, float(path.turn[k]), 0.15, rf"\alpha_{k + 1}", colour)
+        sketch.label(
+            axes, centres[k] + (0.08 * np.sign(path.curvature[k]), 0.0), f"C_{k + 1}", colour
+        )
+        normal = np.array([-first[1], first[0]]) * np.sign(path.turn[k]) / np.hypot(*first)
+        sketch.label(axes, radii[:2].mean(axis=0) - 0.06 * normal, rf"\rho_{k + 1}", colour)
     sketch.label(axes, joints[1, :2] + (0.29, 0.06), "(x_1, y_1)")
     axes.set(xlim=(-0.35, 0.95), ylim=(-1.2, 0.25))

@@ -22,33 +22,37 @@ from baselines.paper.spiral import (
     bearing_offset,
 )
 from baselines.reproduce import sketch, style
-from baselines.reproduce.job import Job
+from baselines.reproduce.artefact import Job
 
 SIGMAS = ((1.0, r"$\sigma = 1$"), (np.sqrt(0.5), r"$\sigma^2 = 1/2$"))
-"""The paper's values, of its experiment and of its Fig. 4, rad."""
+"""Sigma of the paper's experiment and of its Fig. 4, rad, and how it is written."""
 SWARM = 10
+"""Number of agents."""
 DURATION = 10.0
 """Time over which Fig. 4 follows the swarm, s; the paper's T."""
 DT = 0.02
+"""Time step of the model, s."""
 ENSEMBLE = 1000
-"""Swarms in the ensemble with noise."""
-NOISE_R, NOISE_ALPHA = 0.02, 0.1
-"""Of the ensemble, m / sqrt(s) and rad / sqrt(s); the paper gives none."""
+"""Number of swarms in the ensemble with noise."""
+NOISE_R = 0.02
+"""Noise of the distance in the ensemble, m / sqrt(s); the paper gives none."""
+NOISE_ALPHA = 0.1
+"""Noise of the angle in the ensemble, rad / sqrt(s); the paper gives none."""
 
 
 def radius(theta: Float, sigma: float) -> Float:
-    """Radius of the spiral with r_pi = 1 (Eq 4).
+    """Return the radius of the spiral with r_pi = 1 (Eq 4).
 
-    Eq (5) gives r_pi for a radius; r_pi is proportional to it.
+    Eq (5) gives r_pi for a radius, to which it is proportional.
     """
     return 1.0 / asymptotic_radius(1.0, theta, sigma)
 
 
-def spiral_points(r0: float, theta0: float, sigma: float, sense: int) -> Float:
-    """Points (n, 2) of the spiral from (r0, theta0) to the target at the origin, m."""
+def spiral_points(r0: float, theta0: float, sigma: float, turn: int) -> Float:
+    """Return points (n, 2) of the spiral from (r0, theta0) to the target at the origin, m."""
     theta = np.linspace(theta0, 0.0, sketch.STEPS)
     r = radius(theta, sigma) * asymptotic_radius(r0, theta0, sigma)
-    alpha = np.pi / 2 - (2 * sense - 1) * theta
+    alpha = np.pi / 2 - (2 * turn - 1) * theta
     return np.stack([r * np.cos(alpha), r * np.sin(alpha)], axis=-1)
 
 
@@ -70,8 +74,8 @@ def spiral(job: Job) -> Figure:
     shape.legend(loc="lower right")
     _draw_headings(field, SIGMAS[0][0])
     for theta0 in (1.0, 2.0, 3.0):
-        for sense in (0, 1):
-            field.plot(*spiral_points(1.0, theta0, SIGMAS[0][0], sense).T, color=palette.BLUE)
+        for turn in (0, 1):
+            field.plot(*spiral_points(1.0, theta0, SIGMAS[0][0], turn).T, color=palette.BLUE)
     sketch.crosses(field, (0.0, 0.0))
     sketch.plane(field, labels=False)
     field.set(xlabel="$x / r_0$", ylabel="$y / r_0$", xlim=(-1.2, 1.2), ylim=(-1.2, 1.2))
@@ -93,7 +97,7 @@ def swarm(job: Job) -> Figure:
     """Brownian swarm of Eq. (8), N = 10, sigma^2 = 1/2, T = 10 s; the model alone, no hulls.
 
     Speeds by Eq. (7) with T_goal = T. (a) Without noise: starts (open), positions after T
-    (filled), ways (solid) and the spirals of Eq. (4) from the same starts (dashed). Eq. (8) as
+    (filled), paths (solid) and the spirals of Eq. (4) from the same starts (dashed). Eq. (8) as
     printed is slower than S, so that the agents are still on their way at T. (b, c) Positions of
     1000 swarms from these starts, with white noise of 2 cm and 0.1 rad per square root of a
     second on r and alpha, after T/2 and T.
@@ -137,16 +141,15 @@ def swarm(job: Job) -> Figure:
     return figure
 
 
-def _draw_swarm(axes: Axes, ways: np.ndarray, sigma: float) -> None:
-    """Ways (T, N) of agents, as complex numbers, and the spirals from their starts."""
-    for way, colour in zip(ways.T, style.boat_colours(ways.shape[1]), strict=True):
-        alpha = float(np.angle(way[0]))
-        theta = float(angular_distance(alpha, np.pi / 2))
-        sense = int(turn_direction(way[0].real, 0.0))
-        axes.plot(
-            *spiral_points(abs(way[0]), theta, sigma, sense).T, "--", color=palette.GREY, lw=0.6
-        )
-        axes.plot(way.real, way.imag, color=colour)
-        axes.plot(way[0].real, way[0].imag, "o", mfc="white", mec=colour, ms=4)
-        axes.plot(way[-1].real, way[-1].imag, "o", color=colour, ms=4)
+def _draw_swarm(axes: Axes, paths: np.ndarray, sigma: float) -> None:
+    """Draw paths (T, N) of agents, as complex numbers, and the spirals from their starts."""
+    for path, colour in zip(paths.T, style.boat_colours(paths.shape[1]), strict=True):
+        start, end = path[0], path[-1]
+        theta = float(angular_distance(np.angle(start), np.pi / 2))
+        turn = int(turn_direction(start.real, 0.0))
+        spiral = spiral_points(abs(start), theta, sigma, turn)
+        axes.plot(*spiral.T, "--", color=palette.GREY, lw=0.6)
+        axes.plot(path.real, path.imag, color=colour)
+        axes.plot(start.real, start.imag, "o", mfc="white", mec=colour, ms=4)
+        axes.plot(end.real, end.imag, "o", color=colour, ms=4)
     axes.set(xlim=(-1.6, 1.6), ylim=(-1.6, 1.6))

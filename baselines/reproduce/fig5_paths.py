@@ -1,4 +1,4 @@
-"""Fig. 5 and what lies beyond it: which poses two arcs reach, and how long they are."""
+"""Fig. 5, and which poses two arcs reach by paths of which length."""
 
 from __future__ import annotations
 
@@ -17,18 +17,19 @@ from baselines.evaluate.report import palette
 from baselines.paper import dubins, two_arc
 from baselines.paper.arcs import ArcPath, advance
 from baselines.reproduce import sketch, style
+from baselines.reproduce.artefact import Job
 from baselines.reproduce.fig1_2_definitions import ALPHA1
-from baselines.reproduce.job import Job
 
 CORRECTED_GOAL = (0.0, 0.3, 1.6)
-"""A goal (m, m, rad) for which alpha_1 = 1 has to be corrected."""
+"""Goal (m, m, rad) for which alpha_1 = 1 has to be corrected."""
 HEADINGS = ((0.1, "0.1"), (np.pi / 4, r"\pi/4"), (np.pi / 2, r"\pi/2"), (np.pi, r"\pi"))
 """Final headings of the maps, rad, and how they are written."""
 REACH = 1.5
 """Half the side of the maps, m."""
 CELLS = 150
+"""Number of cells along each side of the maps."""
 LONGEST = 10.0
-"""Length over the Dubins length at which the colours of the maps end."""
+"""Ratio of the length to the Dubins length at which the colours of the maps end."""
 
 
 def correction(job: Job) -> Figure:
@@ -37,7 +38,7 @@ def correction(job: Job) -> Figure:
     Goal {0 m, 0.3 m, 1.6 rad}, alpha_1 = 1. (a) Without the rule of signs the vessel would have
     to move towards +n on its first arc, where boats cannot push it (dotted). (b) The same centres
     with alpha_1 - 2 pi (Eqs. (14) and (15); their test is inverted with respect to the paper's).
-    Black: start; grey: hulls on the way; red: goal; crosses: centres and switching point.
+    Black: start; grey: hulls along the path; red: goal; crosses: centres and switching point.
     """
     params = make_params("push")
     path = two_arc.plan(np.array(CORRECTED_GOAL), ALPHA1)
@@ -51,7 +52,7 @@ def correction(job: Job) -> Figure:
 
 
 def uncorrected_lengths(path: ArcPath) -> Float:
-    """Signed lengths (n,) of the arcs before Eqs (14)-(15); below 0 the vessel moves towards +n."""
+    """Return signed lengths (n,) of the arcs before Eqs (14)-(15); below 0 means towards +n."""
     lengths: Float = wrap(path.turn) / path.curvature
     return lengths
 
@@ -60,16 +61,16 @@ def _draw_arcs(axes: Axes, params: EnvParams, path: ArcPath, lengths: Float) -> 
     pose = path.start
     sketch.hull(axes, params.vessel, pose, ec=palette.BLACK, zorder=2)
     for curvature, length in zip(path.curvature, lengths, strict=True):
-        way = advance(pose, curvature, length * np.linspace(0.0, 1.0, sketch.STEPS))
+        poses = advance(pose, curvature, length * np.linspace(0.0, 1.0, sketch.STEPS))
         legal = length >= 0
         colour = palette.BLUE if legal else palette.VERMILLION
-        axes.plot(*way[:, :2].T, color=colour, ls="-" if legal else ":", lw=1.4, zorder=6)
+        axes.plot(*poses[:, :2].T, color=colour, ls="-" if legal else ":", lw=1.4, zorder=6)
         middle = sketch.STEPS // 2
-        sketch.arrow(axes, way[middle - 1, :2], way[middle + 1, :2], color=colour)
-        for share in np.linspace(0.0, 1.0, 1 + max(1, round(abs(length) / 0.35)))[1:]:
-            still = advance(pose, curvature, share * length)
+        sketch.arrow(axes, poses[middle - 1, :2], poses[middle + 1, :2], color=colour)
+        for fraction in np.linspace(0.0, 1.0, 1 + max(1, round(abs(length) / 0.35)))[1:]:
+            still = advance(pose, curvature, fraction * length)
             sketch.hull(axes, params.vessel, still, fc="none", ec=palette.GREY, lw=0.4, zorder=1)
-        pose = way[-1]
+        pose = poses[-1]
     sketch.goal(axes, params, CORRECTED_GOAL)
     sketch.crosses(axes, np.concatenate([path.centres, path.joints[1:2, :2]]))
 
@@ -110,22 +111,22 @@ def feasibility(job: Job) -> Figure:
 
 
 def grid(heading: float) -> Float:
-    """Goal poses (CELLS, CELLS, 3) over the plane; none lies at the start itself."""
+    """Return goal poses (CELLS, CELLS, 3) over the plane; none lies at the start itself."""
     steps = (np.arange(CELLS) + 0.5) * 2 * REACH / CELLS - REACH
     x, y = np.meshgrid(steps, steps)
     return np.stack([x, y, np.full_like(x, heading)], axis=-1)
 
 
 def lengths(goals: Float, min_radius: float) -> dict[str, Any]:
-    """How two arcs compare with the Dubins path, by geometry alone.
+    """Compare lengths of two arcs with those of the Dubins path, by geometry alone.
 
     Args:
         goals: (n, 3) in the vessel's frame, m, m, rad; no heading is exactly 0.
         min_radius: m.
 
     Returns:
-        For alpha_1 = 1 and for the shortest two arcs: ``ratio`` (n,) of the length to that of
-        the Dubins path, None where a radius is below the minimum.
+        Ratios (n,) of the length to that of the Dubins path for alpha_1 = 1 and for the shortest
+        two arcs; None where a radius is below the minimum.
     """
     shortest = dubins.length(goals, min_radius)
     ratios = {}

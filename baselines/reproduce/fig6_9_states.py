@@ -13,12 +13,12 @@ from asv_env.params import EnvParams
 from asv_env.render.outlines import outline
 from baselines.evaluate.report import palette
 from baselines.reproduce import sketch, style
-from baselines.reproduce.job import Job
+from baselines.reproduce.artefact import Job
 from baselines.reproduce.paper_environments import experiment, simulation
 from baselines.reproduce.single_runs import GOALS, Run
 
 FAR = 1.5
-"""Distance of a circle's centre from the vessel beyond which figures leave it out, m."""
+"""Distance from the vessel beyond which the centre of a circle is left out, m."""
 
 
 def simulation_states(job: Job, study: dict[str, Any]) -> Figure:
@@ -28,7 +28,7 @@ def simulation_states(job: Job, study: dict[str, Any]) -> Figure:
     0.1 rad} from the pose at closure (red, dashed). White noise of variance 0.05 at each step of
     50 Hz: taken as rad^2 on the angle of each boat in Eq. (3), and as cm^2 on its x and y, of
     which the paper gives no unit. The policy's boats keep below 4 cm/s, as faster ones skid and
-    ram the vessel; those that start far away come later than T_goal. Lines: ways so far; crosses:
+    ram the vessel; those that start far away come later than T_goal. Lines: paths so far; crosses:
     circles' centres and switching point. Shown is the run of median smallest distance among the
     trials that came to closure.
     """
@@ -42,7 +42,7 @@ def experiment_states(job: Job, study: dict[str, Any]) -> Figure:
 
     Policy "paper", preset ``experiment`` (tracking 20 Hz, control 10 Hz), sigma = 1, T_goal = 80 s,
     alpha_1 = 1, goal {0.55 m, -0.95 m, 0.1 rad} from the pose at closure (red, dashed). (a) start,
-    with the targets (coloured crosses); (b) on the way; (c) closure, and the path that is computed
+    with the targets (coloured crosses); (b) approach; (c) closure, and the path that is computed
     then; (d) switch to the second circle; (e) motors off, 20 cm from the goal; (f) end. Black
     crosses: circles' centres and switching point. Shown is the run of median smallest distance.
     """
@@ -55,20 +55,17 @@ def _states(run: Run, params: EnvParams, states: Sequence[int]) -> Figure:
     figure, axes = style.panels(style.PAGE, 128.0, 2, 3, sharex=True, sharey=True)
     indices = [state % len(run.times) for state in states]
     for panel, index in zip(axes, indices, strict=True):
-        _draw_ways(panel, run, params, index, 0.8)
+        _draw_paths(panel, run, params, index)
         if index >= run.closure:
-            _draw_path(panel, run, params)
+            _draw_plan(panel, run, params)
         else:
-            for slot, colour in zip(
-                sketch.slots(params, run.poses[index, 0]),
-                style.boat_colours(params.num_boats),
-                strict=True,
-            ):
+            slots = sketch.slots(params, run.poses[index, 0])
+            for slot, colour in zip(slots, style.boat_colours(len(slots)), strict=True):
                 sketch.crosses(panel, slot[:2], colour, 3.5)
         sketch.plane(panel)
         panel.label_outer()
-        panel.text(0.97, 0.96, f"{run.times[index]:.0f} s", transform=panel.transAxes,
-                   ha="right", va="top")  # fmt: skip
+        time = f"{run.times[index]:.0f} s"
+        panel.text(0.97, 0.96, time, transform=panel.transAxes, ha="right", va="top")
     _frame(axes[0], run, params, indices[-1])
     return figure
 
@@ -78,7 +75,7 @@ def complete_simulations(job: Job, study: list[dict[str, Any]]) -> Figure:
 
     Policy "paper", preset ``paper_simulation`` without noise, alpha_1 = 1. Goals from the pose at
     closure (red, dashed): (a) {0.55 m, -0.95 m, 0.1 rad}; (b) {0.6 m, 0.7 m, -1.6 rad}, on the
-    side from which the boats push. Open hull: at closure; blue: planned path; black: way of the
+    side from which the boats push. Open hull: at closure; blue: planned path; black: path of the
     vessel; crosses: circles' centres and switching point. Shown are the runs of median smallest
     distance.
     """
@@ -91,7 +88,7 @@ def complete_simulations(job: Job, study: list[dict[str, Any]]) -> Figure:
 def complete_experiment(job: Job, study: dict[str, Any]) -> Figure:
     """Complete trajectories of the run of Fig. 8, in simulation.
 
-    Colours: the boats, hulls at the start, at closure and at the end; black: way of the vessel;
+    Colours: the boats, hulls at the start, at closure and at the end; black: path of the vessel;
     blue: planned path; red, dashed: goal; crosses: circles' centres and switching point.
     """
     figure, (axes,) = style.panels(style.COLUMN, 96.0)
@@ -101,8 +98,8 @@ def complete_experiment(job: Job, study: dict[str, Any]) -> Figure:
 
 def _draw_complete(axes: Axes, run: Run, params: EnvParams) -> None:
     last = len(run.times) - 1
-    _draw_ways(axes, run, params, last, 0.8)
-    _draw_path(axes, run, params)
+    _draw_paths(axes, run, params, last)
+    _draw_plan(axes, run, params)
     for index in (0, run.closure):
         sketch.hull(axes, params.vessel, run.poses[index, 0], fc="none", lw=0.5)
         sketch.boats(axes, params, run.poses[index, 1:], alpha=0.45)
@@ -110,16 +107,16 @@ def _draw_complete(axes: Axes, run: Run, params: EnvParams) -> None:
     _frame(axes, run, params, last)
 
 
-def _draw_ways(axes: Axes, run: Run, params: EnvParams, index: int, width: float) -> None:
-    """The state at an index, and how it came about."""
+def _draw_paths(axes: Axes, run: Run, params: EnvParams, index: int) -> None:
+    """Draw the state at an index, and the paths that led there."""
     for boat, colour in enumerate(style.boat_colours(params.num_boats), start=1):
-        axes.plot(*run.poses[: index + 1, boat, :2].T, color=colour, lw=width, zorder=2)
-    axes.plot(*run.poses[: index + 1, 0, :2].T, color=palette.BLACK, lw=width, zorder=4)
+        axes.plot(*run.poses[: index + 1, boat, :2].T, color=colour, lw=0.8, zorder=2)
+    axes.plot(*run.poses[: index + 1, 0, :2].T, color=palette.BLACK, lw=0.8, zorder=4)
     sketch.hull(axes, params.vessel, run.poses[index, 0])
     sketch.boats(axes, params, run.poses[index, 1:])
 
 
-def _draw_path(axes: Axes, run: Run, params: EnvParams) -> None:
+def _draw_plan(axes: Axes, run: Run, params: EnvParams) -> None:
     sketch.goal(axes, params, run.goal)
     sketch.crosses(axes, run.marks)
     if run.path is not None:
@@ -127,7 +124,7 @@ def _draw_path(axes: Axes, run: Run, params: EnvParams) -> None:
 
 
 def _frame(axes: Axes, run: Run, params: EnvParams, index: int) -> None:
-    """Limits that hold all that is drawn."""
+    """Set limits that hold all that is drawn."""
     ends = outline(params.vessel, np.stack([run.goal, run.poses[index, 0]])).reshape(-1, 2)
     near = run.marks[np.hypot(*(run.marks - run.poses[run.closure, 0, :2]).T) < FAR]
     points = np.concatenate([run.poses[..., :2].reshape(-1, 2), ends, near])

@@ -1,19 +1,18 @@
 """The output folder: what it holds, by which options it was made, and what may be replaced.
 
 Results follow from the options and the code alone. So what was made with the same ones is kept,
-which is also how a run that was stopped goes on; what was made with others is replaced only when
+which is also how a run that was stopped continues; what was made with others is replaced only when
 that is asked for.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from baselines.reproduce.job import Job
+from baselines.reproduce.artefact import Artefact, Job
 from baselines.rollout import provenance
 from baselines.rollout.files import write_text
 
@@ -21,33 +20,31 @@ NAME = "record.json"
 LIBRARIES = ("numpy", "scipy", "pymunk", "matplotlib")
 
 
-class Record:
-    """What an output folder holds, kept in its ``record.json``.
+class OutputFolder:
+    """A folder of artefacts, with their options in its ``record.json``.
 
     Args:
-        folder: need not exist.
-        job: what is asked for.
+        path: of the folder, which need not exist.
+        job: options of this run.
 
     Raises:
         ValueError: the record in the folder cannot be read.
     """
 
-    def __init__(self, folder: Path, job: Job) -> None:
-        made_by = {
+    def __init__(self, path: Path, job: Job) -> None:
+        self._path, self._record = path, path / NAME
+        self._options: dict[str, Any] = {
+            **asdict(job),
             "code": provenance.code("baselines.reproduce"),
             "versions": provenance.versions(LIBRARIES),
         }
-        self._options: dict[str, Any] = {**asdict(job), **made_by}
-        self._folder = folder
-        self._entries: dict[str, Any] = {}
-        path = folder / NAME
-        if path.exists():
-            try:
-                self._entries = json.loads(path.read_text())
-            except json.JSONDecodeError as error:
-                raise ValueError(
-                    f"{path} is not a record: remove it, or choose another --out"
-                ) from error
+        try:
+            text = self._record.read_text() if self._record.exists() else "{}"
+            self._entries: dict[str, Any] = json.loads(text)
+        except json.JSONDecodeError as error:
+            raise ValueError(
+                f"{self._record} is not a record: remove it, or choose another --out"
+            ) from error
 
     @property
     def known(self) -> bool:
@@ -55,26 +52,26 @@ class Record:
         return bool(self._entries)
 
     def made(self) -> list[str]:
-        """Names of the artefacts that are there, by whichever options they were made."""
+        """Return the names of the artefacts that are there, made with whatever options."""
         return [name for name, entry in self._entries.items() if entry["complete"]]
 
-    def complete(self, name: str, files: Sequence[str]) -> bool:
-        """Whether an artefact is there, made with these options by this code."""
-        there = all((self._folder / file).exists() for file in files)
+    def holds(self, name: str, artefact: Artefact) -> bool:
+        """Return whether an artefact is there, made with these options by this code."""
+        there = all((self._path / file).exists() for file in artefact.files(name))
         return there and self._ours(name) and self._entries[name]["complete"]
 
-    def in_the_way(self, name: str, files: Sequence[str]) -> list[str]:
-        """Files that an artefact would replace, unless an interrupted run like this left them."""
+    def in_the_way(self, name: str, artefact: Artefact) -> list[str]:
+        """Return files that an artefact would replace and that no run like this one has left."""
         if self._ours(name):
             return []
-        return [file for file in files if (self._folder / file).exists()]
+        return [file for file in artefact.files(name) if (self._path / file).exists()]
 
     def begin(self, name: str) -> None:
-        """Notes that the files of an artefact are about to be written."""
+        """Record that the files of an artefact are about to be written."""
         self._write(name, complete=False)
 
     def finish(self, name: str) -> None:
-        """Notes that they are."""
+        """Record that the files of an artefact are written."""
         self._write(name, complete=True)
 
     def _ours(self, name: str) -> bool:
@@ -82,4 +79,4 @@ class Record:
 
     def _write(self, name: str, complete: bool) -> None:
         self._entries[name] = {"complete": complete, "options": self._options}
-        write_text(self._folder / NAME, json.dumps(self._entries, indent=2) + "\n")
+        write_text(self._record, json.dumps(self._entries, indent=2) + "\n")

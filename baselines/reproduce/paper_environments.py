@@ -1,4 +1,4 @@
-"""The paper's worlds and policies, and the episodes that are run in them."""
+"""The environments of the paper's experiment and simulation, and episodes that are run in them."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from baselines.rollout import runner
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
 WORLDS = 48
-"""Worlds side by side."""
+"""Number of worlds that are simulated side by side."""
 
 
 def experiment(task: str = "transport", scenario: str = "nominal", **options: Any) -> EnvParams:
-    """The tank experiment: four boats, tracked at 20 Hz, controlled at 10 Hz."""
+    """Return the tank experiment: four boats, sensed at 20 Hz, controlled at 10 Hz."""
     return make_params(task, scenario=scenario, preset="experiment", **options)
 
 
 def simulation(task: str = "transport", num_boats: int = 10, **options: Any) -> EnvParams:
-    """The paper's numerical simulation, wheel speeds commanded at 50 Hz.
+    """Return the paper's numerical simulation, with wheel speeds commanded at 50 Hz.
 
     The goal is given from the pose at closure as in the experiment: alpha_1 = 1 suits the paper's
     goal, and hardly any other, not even the same one from a vessel that the boats have nudged.
@@ -43,13 +43,13 @@ def simulation(task: str = "transport", num_boats: int = 10, **options: Any) -> 
 def run(
     make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: str
 ) -> list[PoseLog]:
-    """Tracks of the episodes with these seeds, in their order, with a progress bar.
+    """Return the pose logs of the episodes with these seeds, in their order.
 
     Args:
-        make_policy: from parameters to a policy.
+        make_policy: function from parameters to a policy.
         params: of the environment.
         seeds: one an episode.
-        what: is being run, for the bar.
+        what: title of the progress bar.
     """
     running = runner.run(make_policy, params, seeds, WORLDS)
     bar = tqdm(running, what, len(seeds), unit="episode", file=sys.stderr, leave=False, position=1)
@@ -57,7 +57,7 @@ def run(
 
 
 def before_closure(log: PoseLog, params: EnvParams) -> Float:
-    """Poses (T, B, 3) of a log up to its first closure, or all where there is none."""
+    """Return the poses (T, B, 3) of a log up to its first closure; all where there is none."""
     time = log.episode.time_to_closure
     if time is None:
         return log.poses

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,23 +12,16 @@ from matplotlib.figure import Figure
 
 from asv_env.params import EnvParams
 from asv_env.tasks import starts
-from asv_env.types import Complex, Float
+from asv_env.types import Float
 from baselines.evaluate.report import palette
-from baselines.paper import dubins, two_arc
-from baselines.paper.arcs import ArcPath
-from baselines.policy import MakePolicy
 from baselines.reproduce import fig5_paths, style
+from baselines.reproduce.artefact import Job
 from baselines.reproduce.comparison_rows import rows_of
-from baselines.reproduce.job import Job
 from baselines.reproduce.paper_environments import experiment, run
-from baselines.scripted.gains import PathGains
-from baselines.scripted.planner import SEGMENTS, PathPlanner
-from baselines.scripted.scripted_policy import ScriptedPolicy
+from baselines.reproduce.planned_paths import PLANNERS, least_radius
 
-Planner = Callable[[Float, float], ArcPath]
-"""From goals (W, 3) in the vessel's frame and the least radius, m, to paths."""
 GOALS = 400
-"""Goals of the comparison by geometry; the first of them are also driven to."""
+"""Number of goals of the comparison by geometry; the first of them are also driven to."""
 TIME = 240.0
 """Time limit, s: detours take longer than the task's own."""
 SCENARIOS = ("nominal", "noisy")
@@ -39,103 +31,35 @@ MEASURES = {
     "closure lost (times)": ("closure_lost", 1.0),
     "smallest distance (cm)": ("min_position_error", 100.0),
     "size of the heading error then (rad)": ("heading_error_at_min", 1.0),
-    "way / Dubins length": ("path_length_ratio", 1.0),
+    "path length / Dubins length": ("path_length_ratio", 1.0),
 }
-"""What is compared: column of an episode, factor."""
+"""Column of an episode and factor of each measure."""
 
 
-# ---------------------------------------------------------------- the two planners
-
-
-def least_radius(params: EnvParams) -> float:
-    """Radius of the tightest arcs that the scripted policy drives, m: the least of both paths."""
-    gains = PathGains()
-    return gains.widest_radius * gains.tightest_radius * params.vessel.length / 2
-
-
-def two_arcs(goals: Float, radius: float) -> ArcPath:
-    """The shortest two arcs to poses (W, 3), and Dubins paths where there are none."""
-    arcs, others = padded(two_arc.shortest(goals, radius)), dubins_paths(goals, radius)
-    able = two_arc.feasible(arcs, radius)[:, None]
-    return ArcPath(
-        arcs.start,
-        np.where(able, arcs.curvature, others.curvature),
-        np.where(able, arcs.length, others.length),
-    )
-
-
-def dubins_paths(goals: Float, radius: float) -> ArcPath:
-    """The Dubins paths to poses (W, 3)."""
-    return padded(dubins.shortest(goals, radius))
-
-
-def padded(path: ArcPath) -> ArcPath:
-    """The same paths (W,) with as many segments as the policy remembers."""
-    spare = ((0, 0), (0, SEGMENTS - path.length.shape[-1]))
-    return ArcPath(path.start, np.pad(path.curvature, spare), np.pad(path.length, spare))
-
-
-class Planned(PathPlanner):
-    """The scripted policy's timetable, on the paths of a planner.
-
-    Args:
-        params: of the environment.
-        planner: of the paths.
-    """
-
-    def __init__(self, params: EnvParams, planner: Planner) -> None:
-        vessel, _ = params.hulls()
-        super().__init__(vessel, PathGains())
-        self._planner, self._radius = planner, least_radius(params)
-
-    def plan(self, goal: Complex, heading: Float) -> ArcPath:
-        """See ``PathPlanner.plan``."""
-        return self._planner(np.stack([goal.real, goal.imag, heading], axis=-1), self._radius)
-
-
-def driving(planner: Planner, params: EnvParams) -> ScriptedPolicy:
-    """The scripted policy on the paths of a planner."""
-    return ScriptedPolicy(params, planner=Planned(params, planner))
-
-
-PLANNERS: dict[str, MakePolicy] = {
-    "two arcs": partial(driving, two_arcs),
-    "Dubins": partial(driving, dubins_paths),
-}
-
-
-# ---------------------------------------------------------------- the study
-
-
-def world(scenario: str) -> EnvParams:
-    """Pushes from a formed closure to goals drawn anew for each episode."""
+def push_to_random_goals(scenario: str) -> EnvParams:
+    """Return pushes from a formed closure to a random goal in each episode."""
     return experiment("push", scenario=scenario, goal=None, time_limit=TIME)
 
 
 def goals(params: EnvParams, seeds: Sequence[int]) -> Float:
-    """Goals (n, 3) that the episodes with these seeds have, m, m, rad."""
+    """Return the goals (n, 3) of the episodes with these seeds, m, m, rad."""
     return np.array([starts.sample(params, np.random.default_rng(s)).goal for s in seeds])
 
 
 def compare(job: Job) -> dict[str, Any]:
-    """Lengths by geometry for two minimal radii, and episodes by scenario and planner."""
-    params = world("nominal")
+    """Return lengths by geometry for two minimal radii, and episodes by scenario and planner."""
+
+    def episodes(scenario: str, planner: str) -> list[dict[str, Any]]:
+        params, seeds = push_to_random_goals(scenario), job.seeds(job.episodes)
+        logs = run(PLANNERS[planner], params, seeds, f"{planner}, {scenario}")
+        return [asdict(log.episode) for log in logs]
+
+    params = push_to_random_goals("nominal")
     drawn = goals(params, job.seeds(GOALS))
     radii = (params.vessel.length / 2, least_radius(params))
     return {
         "lengths": {f"{radius:.2g}": fig5_paths.lengths(drawn, radius) for radius in radii},
-        "episodes": {
-            scenario: {
-                name: [
-                    asdict(log.episode)
-                    for log in run(
-                        planner, world(scenario), job.seeds(job.episodes), f"{name}, {scenario}"
-                    )
-                ]
-                for name, planner in PLANNERS.items()
-            }
-            for scenario in SCENARIOS
-        },
+        "episodes": {s: {name: episodes(s, name) for name in PLANNERS} for s in SCENARIOS},
     }
 
 
@@ -149,25 +73,14 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     measurement, dashed: scenario "noisy"; the same goals for both planners.
     """
     drawn, (ratio, time, distance) = style.panels(style.PAGE, 62.0, 1, 3, sharey=True)
-    looks = [(colour, line) for line in ("-", "--") for colour in (palette.PURPLE, palette.BLUE)]
-    curves = [
-        (rf"{_written(name)}, $\rho \geq$ {radius} m", values)
-        for radius, by_choice in study["lengths"].items()
-        for name, values in by_choice.items()
-    ]
-    for (label, values), (colour, line) in zip(curves, looks, strict=True):
-        draw_shares(ratio, values, color=colour, ls=line, label=label)
-    ratio.set_xscale("log")
-    ratio.set(xlabel="length / Dubins length", ylabel="share", xlim=(1, 50), ylim=(0, 1.02))
-    ratio.set_xticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
-    ratio.minorticks_off()
+    _draw_lengths(ratio, study["lengths"])
     for scenario, line in zip(SCENARIOS, ("-", "--"), strict=True):
         for name, colour in zip(PLANNERS, palette.SERIES, strict=False):
             rows = study["episodes"][scenario][name]
             label = f"{name}, {scenario}"
-            draw_shares(time, [row["time_to_goal"] for row in rows], color=colour, ls=line)
+            draw_fractions(time, [row["time_to_goal"] for row in rows], color=colour, ls=line)
             nearest = [100 * row["min_position_error"] for row in rows]
-            draw_shares(distance, nearest, color=colour, ls=line, label=label)
+            draw_fractions(distance, nearest, color=colour, ls=line, label=label)
     time.set_xlabel("time to delivery (s)")
     distance.set_xlabel("smallest distance (cm)")
     distance.set_xscale("log")
@@ -176,14 +89,25 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     return drawn
 
 
-def _written(choice: str) -> str:
-    return choice.replace("alpha1", r"$\alpha_1$")
+def _draw_lengths(axes: Axes, lengths: dict[str, dict[str, list[float | None]]]) -> None:
+    looks = [(colour, line) for line in ("-", "--") for colour in (palette.PURPLE, palette.BLUE)]
+    curves = [
+        (name.replace("alpha1", r"$\alpha_1$") + rf", $\rho \geq$ {radius} m", values)
+        for radius, by_choice in lengths.items()
+        for name, values in by_choice.items()
+    ]
+    for (label, values), (colour, line) in zip(curves, looks, strict=True):
+        draw_fractions(axes, values, color=colour, ls=line, label=label)
+    axes.set_xscale("log")
+    axes.set(xlabel="length / Dubins length", ylabel="share", xlim=(1, 50), ylim=(0, 1.02))
+    axes.set_xticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
+    axes.minorticks_off()
 
 
-def draw_shares(axes: Axes, values: Sequence[float | None], **line: Any) -> None:
-    """Share of all values that are at most so large; None counts as never."""
-    there = np.sort([value for value in values if value is not None])
-    rises = np.concatenate([there[:1], there])
+def draw_fractions(axes: Axes, values: Sequence[float | None], **line: Any) -> None:
+    """Draw the fraction of all values that is at most so large; None counts as never."""
+    known = np.sort([value for value in values if value is not None])
+    rises = np.concatenate([known[:1], known])
     axes.plot(rises, np.arange(len(rises)) / len(values), drawstyle="steps-post", **line)
 
 
@@ -192,27 +116,31 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
 
     Goals drawn at random, the same for both planners; from a formed closure.
     """
-    rows = []
-    for scenario in SCENARIOS:
-        episodes = study["episodes"][scenario]
-        values: dict[str, dict[str, list[float]]] = {name: {} for name in episodes}
-        for measure in MEASURES:
-            both = zip(
-                *([_value(row, measure) for row in own] for own in episodes.values()), strict=True
-            )
-            pairs = [pair for pair in both if None not in pair]
-            for k, name in enumerate(episodes):
-                values[name][measure] = [pair[k] for pair in pairs]
-        rows += [{"scenario": scenario, **row} for row in rows_of(values)]
+    rows = [
+        {"scenario": scenario, **row}
+        for scenario in SCENARIOS
+        for row in rows_of(_paired(study["episodes"][scenario]))
+    ]
     notes = [
         "All rows are simulation, over the goals to which a measure applies with both paths. "
-        "Difference: Dubins less two arcs on the same goal, mean with its 95 % bootstrap interval, "
-        "and median. Radii of the paths are at least "
-        f"{list(study['lengths'])[-1]} m, the Dubins length is that for S_x/2; where no two arcs "
-        f"are feasible, both drive the Dubins path. Time limit {TIME:g} s.",
+        "Difference: Dubins less two arcs on the same goal, mean with its 95 % interval, and "
+        f"median. Radii of the paths are at least {list(study['lengths'])[-1]} m, the Dubins "
+        "length is that for S_x/2; where no two arcs are feasible, both drive the Dubins path. "
+        f"Time limit {TIME:g} s.",
         "By geometry: " + "; ".join(_lengths_in_words(study["lengths"])) + ".",
     ]
     return {"rows": rows, "notes": notes}
+
+
+def _paired(episodes: dict[str, list[dict[str, Any]]]) -> dict[str, dict[str, list[float]]]:
+    """Return values by planner and measure, of the goals to which it applies with all planners."""
+    values: dict[str, dict[str, list[float]]] = {planner: {} for planner in episodes}
+    for measure in MEASURES:
+        columns = [[_value(row, measure) for row in rows] for rows in episodes.values()]
+        pairs = [pair for pair in zip(*columns, strict=True) if None not in pair]
+        for k, planner in enumerate(episodes):
+            values[planner][measure] = [pair[k] for pair in pairs]
+    return values
 
 
 def _value(row: dict[str, Any], measure: str) -> float | None:
@@ -227,9 +155,9 @@ def _lengths_in_words(lengths: dict[str, dict[str, list[float | None]]]) -> list
     sentences = []
     for radius, by_choice in lengths.items():
         for name, ratios in by_choice.items():
-            there = [ratio for ratio in ratios if ratio is not None]
+            known = [ratio for ratio in ratios if ratio is not None]
             sentences.append(
-                f"{name}, radius >= {radius} m: {len(there) / len(ratios):.1%} of {len(ratios)} "
-                f"goals, median length {np.median(there):.3g} Dubins lengths"
+                f"{name}, radius >= {radius} m: {len(known) / len(ratios):.1%} of {len(ratios)} "
+                f"goals, median length {np.median(known):.3g} Dubins lengths"
             )
     return sentences

@@ -12,17 +12,17 @@ END = "<!-- up to here -->"
 
 
 def check(text: str) -> None:
-    """Whether a page can take the table; see ``marks.check``."""
+    """Raise ValueError unless a page can take the table; see ``marks.check``."""
     marks.check(text, START, END)
 
 
 def updated(text: str, table: dict[str, Any]) -> str:
-    """The text of a page with the table of ``trials`` between its marks."""
+    """Return the text of a page with the table of ``fig10_trials`` between its marks."""
     return marks.replaced(text, START, END, markdown(short(table)))
 
 
 def short(table: dict[str, Any]) -> dict[str, Any]:
-    """The table of ``trials`` with means and deviations in one column, and without the rest."""
+    """Return the table with means and deviations in one column, and without the rest."""
     rows = [
         {
             "source": ", ".join(filter(None, (row["source"], row["policy"], row["scenario"]))),
@@ -37,8 +37,8 @@ def short(table: dict[str, Any]) -> dict[str, Any]:
     return {"rows": rows, "notes": table["notes"]}
 
 
-def _percent(share: float | None) -> str | None:
-    return None if share is None else f"{share:.0%}"
+def _percent(fraction: float | None) -> str | None:
+    return None if fraction is None else f"{fraction:.0%}"
 
 
 def _spread(row: dict[str, Any], name: str, unit: str) -> str:
@@ -47,5 +47,5 @@ def _spread(row: dict[str, Any], name: str, unit: str) -> str:
 
 
 def _rounded(value: float | None) -> str:
-    """As many digits as the paper gives."""
+    """Return as many digits as the paper gives."""
     return cell(value) if value is None else f"{round(value, 2) + 0.0:g}"

@@ -1,4 +1,4 @@
-"""What the re-attribution of targets is good for: ways that cross, and collisions."""
+"""What the re-attribution of targets is good for: fewer crossing paths, fewer collisions."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from asv_env.types import Bool, Complex, Float
 from baselines.paper.paper_policy import PaperPolicy
 from baselines.paper.target_assignment import nearest
 from baselines.policy import MakePolicy
-from baselines.reproduce.comparison_rows import rows_of
-from baselines.reproduce.job import Job
+from baselines.reproduce.artefact import Job
+from baselines.reproduce.comparison_rows import Values
 from baselines.reproduce.paper_environments import before_closure, experiment, run
 
 THIN = 5
-"""Of a log's poses, one in so many is kept to look for crossings."""
+"""Only every so many poses of a log are searched for crossings."""
 
 
-def kept(boat: Complex, slot: Complex, working: Bool, before: Complex) -> Complex:
-    """Boats keep the targets (W, A) of the first tick, which had the least total distance."""
-    return np.where(np.isnan(before), nearest(boat, slot, working, before), before)
+def kept(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:
+    """Keep the targets (W, A) of the first tick, which had the least total distance."""
+    return np.where(np.isnan(last), nearest(boat, slot, working, last), last)
 
 
 def numbered(points: Complex, boat: Complex, *_: Any) -> Complex:
-    """Boat i gets target i of ``points`` (A,), wherever it is."""
+    """Assign target i of ``points`` (A,) to boat i, wherever it is."""
     return np.broadcast_to(points, boat.shape)
 
 
 def by_number(params: EnvParams) -> PaperPolicy:
-    """The paper's policy whose boats go to the targets of their numbers."""
+    """Return the paper's policy whose boats go to the targets of their numbers."""
     points = formation.slots(params, params.num_boats)
     return PaperPolicy(params, assignment=partial(numbered, points))
 
@@ -45,34 +45,32 @@ ATTRIBUTIONS: dict[str, MakePolicy] = {
 }
 
 
-def compare(job: Job) -> list[dict[str, Any]]:
-    """Crossings of ways and collisions on the approach, by how targets are attributed."""
+def compare(job: Job) -> Values:
+    """Return crossings of paths and collisions on the approach, by how targets are attributed."""
     params, values = experiment("approach"), {}
     for condition, make_policy in ATTRIBUTIONS.items():
         logs = run(make_policy, params, job.seeds(job.episodes), condition)
         values[condition] = {
             "closure reached": [float(t.episode.time_to_closure is not None) for t in logs],
-            "crossings of ways": [crossings(before_closure(t, params)[::THIN]) for t in logs],
+            "crossings of paths": [crossings(before_closure(t, params)[::THIN]) for t in logs],
             "collisions": [float(t.episode.collisions) for t in logs],
         }
-    return rows_of(values)
+    return values
 
 
 def crossings(poses: Float) -> float:
-    """How often the ways of two boats of a log (T, B, 3) cross one another."""
-    ways = poses[:, 1:, 0] + 1j * poses[:, 1:, 1]
-    return sum(
-        float(meet(ways[:, one], ways[:, other]).sum())
-        for one, other in combinations(range(ways.shape[1]), 2)
-    )
+    """Count how often the paths of two boats of a log (T, B, 3) cross one another."""
+    paths = poses[:, 1:, 0] + 1j * poses[:, 1:, 1]
+    pairs = combinations(paths.T, 2)
+    return float(sum(crossing_segments(first, second).sum() for first, second in pairs))
 
 
-def meet(one: Complex, other: Complex) -> Bool:
-    """Which segments (n - 1, m - 1) of two polylines (n,) and (m,) cross."""
+def crossing_segments(first: Complex, second: Complex) -> Bool:
+    """Return which segments (n - 1, m - 1) of two polylines (n,) and (m,) cross."""
 
-    def sides(line: Complex, points: Complex) -> Bool:
+    def separated(line: Complex, points: Complex) -> Bool:
         start, along = line[:-1, None], np.diff(line)[:, None]
         left = ((points - start) * along.conj()).imag > 0
         return left[:, :-1] != left[:, 1:]
 
-    return sides(one, other) & sides(other, one).T
+    return separated(first, second) & separated(second, first).T

@@ -15,27 +15,27 @@ from baselines.paper.arcs import ArcPath
 from baselines.paper.experiment import PAPER_GOAL
 from baselines.paper.paper_gains import IN_RANGE
 from baselines.policy import POLICIES, MakePolicy, Policy
+from baselines.reproduce.artefact import Job
 from baselines.reproduce.fig1_2_definitions import ALPHA1
-from baselines.reproduce.job import Job
 from baselines.reproduce.paper_environments import experiment, run, simulation
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
 VARIANCE = 0.05
-"""Of the paper's noise, without a unit there: taken as rad^2 for angles and cm^2 for x and y."""
+"""Variance of the paper's noise, which has no unit there: rad^2 for angles, cm^2 for x and y."""
 GOALS = (PAPER_GOAL, (0.6, 0.7, -1.6))
-"""Of Fig. 7, m, m, rad: one below the vessel and one in y > 0."""
+"""Goals of Fig. 7, m, m, rad: one below the vessel and one in y > 0."""
 PER_SECOND = 5
-"""Poses that are kept of a log."""
+"""Number of poses that are kept of a log in each second."""
 
 
-class NoisySight:
+class NoisyPoses:
     """A policy whose boats see their own poses with white noise, fresh at each tick.
 
-    The paper disturbs the boats' angular positions and their x and y. In Eq. (3) the angular
-    position stands beside the heading, and so the noise of the angle is put on the heading.
+    The paper disturbs the boats' angular positions and their x and y. Eq. (3) depends on the
+    difference of heading and angular position, and so the noise of the angle is put on the heading.
 
     Args:
-        policy: that is disturbed.
+        policy: the policy that is disturbed.
         seed: of the noise.
     """
 
@@ -56,21 +56,21 @@ class NoisySight:
 
 
 def noisy_paper(seed: int) -> MakePolicy:
-    """The paper's policy with the noise of its simulation."""
+    """Return the paper's policy with the noise of its simulation."""
 
     def make(params: EnvParams) -> Policy:
-        return NoisySight(POLICIES["paper"](params), seed)
+        return NoisyPoses(POLICIES["paper"](params), seed)
 
     return make
 
 
 def noisy_simulation(job: Job) -> dict[str, Any]:
-    """A run of the paper's simulation: ten boats, noise on what they see of themselves."""
+    """Return a run of the paper's simulation: ten boats, with noise on their own poses."""
     return typical_run(noisy_paper(job.seed), simulation(), job, "fig6")
 
 
 def simulations(job: Job) -> list[dict[str, Any]]:
-    """Runs of the paper's simulation with eight boats and without noise, one a goal of Fig. 7."""
+    """Return runs of the paper's simulation without noise, eight boats, for each goal of Fig. 7."""
     return [
         typical_run(POLICIES["paper"], simulation(num_boats=8, goal=goal), job, f"fig7 {goal}")
         for goal in GOALS
@@ -78,17 +78,17 @@ def simulations(job: Job) -> list[dict[str, Any]]:
 
 
 def experimental_run(job: Job) -> dict[str, Any]:
-    """A run of the paper's experiment with four boats."""
+    """Return a run of the paper's experiment with four boats."""
     return typical_run(POLICIES["paper"], experiment(), job, "figs 8, 9")
 
 
 def typical_run(make_policy: MakePolicy, params: EnvParams, job: Job, what: str) -> dict[str, Any]:
-    """The run of median smallest distance among the trials with closure, as plain values.
+    """Return the run of median smallest distance among the trials with closure, as plain values.
 
     Returns:
-        ``seed``; ``trials`` and how many of them came to ``closed``; ``closure``, its time in s
-        or None; ``times`` (T,) s and ``poses`` (T, B, 3) m, m, rad, boats in the order of their
-        slots; ``goal`` (3,).
+        ``seed``; number of ``trials`` and of those with closure, ``closed``; ``closure``, its time
+        in s or None; ``times`` (T,) s and ``poses`` (T, B, 3) m, m, rad, boats in the order of
+        their slots; ``goal`` (3,).
     """
     logs = run(make_policy, params, job.seeds(job.trials), what)
     closed = [log for log in logs if log.episode.time_to_closure is not None]
@@ -117,7 +117,7 @@ def _smallest_distance(log: PoseLog) -> float:
 
 @dataclass(frozen=True)
 class Run:
-    """A study's run, ready to be drawn.
+    """A run of a study, ready to be drawn.
 
     Attributes:
         times: (T,) s.
@@ -135,7 +135,7 @@ class Run:
 
     @classmethod
     def read(cls, study: dict[str, Any]) -> Run:
-        """From the plain values of ``typical_run``."""
+        """Return the run that the plain values of ``typical_run`` stand for."""
         times, poses, goal = (np.array(study[key]) for key in ("times", "poses", "goal"))
         last = len(times) - 1
         if study["closure"] is None:
@@ -147,7 +147,7 @@ class Run:
 
     @property
     def marks(self) -> Float:
-        """Centres of the circles and switching point (n, 2), m."""
+        """Centres of the circles and the switching point (n, 2), m."""
         if self.path is None:
             return np.zeros((0, 2))
         return np.concatenate([self.path.centres, self.path.joints[1:2, :2]])
@@ -168,6 +168,6 @@ class Run:
 
 
 def in_frame(poses: Float, frame: Float) -> Float:
-    """Poses (..., 3) seen from a pose (3,)."""
+    """Return poses (..., 3) relative to a pose (3,)."""
     offset = (poses[..., 0] - frame[0] + 1j * (poses[..., 1] - frame[1])) * np.exp(-1j * frame[2])
     return np.stack([offset.real, offset.imag, wrap(poses[..., 2] - frame[2])], axis=-1)
