@@ -22,7 +22,9 @@ from baselines.evaluate.store import Series, Store
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.workers import Job, WorkerError
 from baselines.evaluate.workers import run as run_jobs
-from baselines.learned import network
+from baselines.learned import policy_file
+from baselines.learned.metadata import Metadata, Phase
+from baselines.learned.network import NetworkPolicy
 from baselines.policy import Idle
 from baselines.rollout import film, runner, trajectories
 from baselines.rollout.episodes import Label
@@ -66,7 +68,7 @@ def files(tmp_path_factory):
     for seed in (0, 1):
         rng = np.random.default_rng(seed)
         layers = [(rng.normal(size=(n, m)), rng.normal(size=m)) for n, m in [(SEEN, 32), (32, 2)]]
-        network.save(folder / f"net{seed}.npz", layers, network.About(decide_every=2))
+        policy_file.save(folder / f"net{seed}.npz", [Phase(layers, Metadata(action_repeat=2))], {})
     PPO("MlpPolicy", BoatVecEnv("push", num_envs=1), device="cpu").save(folder / "model.zip")
     return folder
 
@@ -386,7 +388,7 @@ def test_a_file_that_is_no_policy_is_refused(tmp_path, capsys, text):
 
 
 @pytest.mark.parametrize(
-    ("weight", "bias", "about", "message"),
+    ("weight", "bias", "metadata", "message"),
     [
         ((SEEN, 2), (3,), {}, "do not fit"),
         ((SEEN,), (2,), {}, "do not fit"),
@@ -396,16 +398,24 @@ def test_a_file_that_is_no_policy_is_refused(tmp_path, capsys, text):
         ((SEEN, 2), (2,), {"observation_version": 0}, "observes by version 0"),
     ],
 )
-def test_a_policy_file_that_does_not_fit_is_refused(tmp_path, capsys, weight, bias, about, message):
+def test_a_policy_file_that_does_not_fit_is_refused(
+    tmp_path, capsys, weight, bias, metadata, message
+):
     file = tmp_path / "mine.npz"
-    network.save(file, [(np.zeros(weight), np.zeros(bias))], network.About(**about))
+    layers = [(np.zeros(weight), np.zeros(bias))]
+    policy_file.save(file, [Phase(layers, Metadata(**metadata))], {})
     assert message in refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
 
 
-@pytest.mark.parametrize("about", ["no json", '"text"', '{"tasks": null}', '{"unknown": 1}'])
-def test_a_policy_file_that_says_nonsense_of_itself_is_refused(tmp_path, capsys, about):
-    file = tmp_path / "mine.npz"
-    np.savez(file, about=np.array(about), weight_0=np.zeros((SEEN, 2)), bias_0=np.zeros(2))
+@pytest.mark.parametrize(
+    "metadata", ["no json", '"text"', '{"tasks": null}', '{"tasks": [], "unknown": 1}']
+)
+def test_a_policy_file_with_metadata_that_make_no_sense_is_refused(tmp_path, capsys, metadata):
+    file, layer = tmp_path / "mine.npz", {"weight_0": np.zeros((SEEN, 2)), "bias_0": np.zeros(2)}
+    phase = f'{{"metadata": {metadata}, "patience": null, "team_size": null}}'
+    policy = f'{{"format": "{policy_file.FORMAT}", "phases": [{phase}], "model_card": {{}}}}'
+    arrays = {f"phase_0_{name}": array for name, array in layer.items()}
+    np.savez(file, policy=np.array(policy), **arrays)
     said = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
     assert f"{file} is not a policy file" in said
 
@@ -414,8 +424,8 @@ def test_a_policy_file_gives_what_its_perceptron_says():
     rng = np.random.default_rng(0)
     first, last = rng.normal(size=(SEEN, 3)), rng.normal(size=(3, 2))
     shift = rng.normal(size=3)
-    policy = network.NetworkPolicy(
-        [(first, shift), (last, np.zeros(2))], network.About(activation="relu"), make_params("push")
+    policy = NetworkPolicy(
+        [(first, shift), (last, np.zeros(2))], Metadata(activation="relu"), make_params("push")
     )
     seen = rng.normal(size=(5, 4, SEEN)).astype(np.float32)
     wanted = np.clip(np.maximum(seen @ first + shift, 0.0) @ last, -1.0, 1.0)
@@ -423,8 +433,8 @@ def test_a_policy_file_gives_what_its_perceptron_says():
 
 
 def test_a_policy_that_decides_less_often_holds_its_action():
-    policy = network.NetworkPolicy(
-        [(np.eye(SEEN, 2), np.zeros(2))], network.About(decide_every=3), make_params("push")
+    policy = NetworkPolicy(
+        [(np.eye(SEEN, 2), np.zeros(2))], Metadata(action_repeat=3), make_params("push")
     )
     memory, done = None, []
     for tick in range(8):

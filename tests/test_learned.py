@@ -11,7 +11,7 @@ import pytest
 from asv_env import make_params
 from baselines.evaluate.policy_sources import Source
 from baselines.evaluate.publish import model_cards
-from baselines.learned import network, phases, shipped
+from baselines.learned import policy_file, shipped
 from baselines.rollout import runner, seeds
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train import recipe
@@ -45,8 +45,8 @@ def test_it_does_its_task_sooner_than_the_script(task):
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
 def test_files_are_small_and_say_where_they_come_from(file):
     assert file.stat().st_size < 1_000_000
-    for about in model_cards.networks(file):
-        for card in model_cards.trainings(about.card):
+    for network in model_cards.of_networks(file):
+        for card in model_cards.trainings(network):
             first, last = card["training_seeds"]
             assert seeds.TRAINING.start <= first < last < seeds.TRAINING.stop
             assert card["timesteps"] > 0
@@ -105,24 +105,23 @@ def short(monkeypatch):
 
 def test_the_recipe_leaves_policy_files(short, tmp_path):
     recipe.main(["--out", str(tmp_path / "r"), "--torch-threads", "1", "--seed", "2"])
-    made, _ = phases.read(tmp_path / "r/transport.npz")
-    assert [phase.boats for phase in made] == [None, None, 4, 4]
+    made, card = policy_file.read(tmp_path / "r/transport.npz")
+    assert [phase.team_size for phase in made] == [None, None, 4, 4]
     for phase, name in zip(made, (APPROACH, PUSH, APPROACH, "first"), strict=True):
-        layers, about = network.read(tmp_path / "r" / name / "best.npz")
+        own, own_card = policy_file.read_single(tmp_path / "r" / name / "best.npz")
         assert all(
             np.array_equal(a, b)
-            for one, other in zip(phase.layers, layers, strict=True)
+            for one, other in zip(phase.layers, own.layers, strict=True)
             for a, b in zip(one, other, strict=True)
         )
-        assert phase.about == about
-        assert about.card["training_seeds"][0] == seeds.TRAINING.start + 2_000_000
-    assert [card["options"]["init_from"] for card in model_cards.trainings(made[1].about.card)] == [
-        None,
-        "best.npz",
-    ]
-    own = network.read(tmp_path / "r/approach.npz")[1]
-    assert own.tasks == ("approach",)
-    assert phases.load(tmp_path / "r/transport.npz", make_params("push"))
+        assert phase.metadata == own.metadata
+        assert own_card in card["phases"]
+        assert own_card["training_seeds"][0] == seeds.TRAINING.start + 2_000_000
+    began = [one["options"]["init_from"] for one in model_cards.trainings(card["phases"][1])]
+    assert began == [None, "best.npz"]
+    (own,) = policy_file.read(tmp_path / "r/approach.npz")[0]
+    assert own.metadata.tasks == ("approach",)
+    assert policy_file.load(tmp_path / "r/transport.npz", make_params("push"))
 
 
 def test_the_recipe_goes_on_where_it_was_stopped(short, tmp_path):

@@ -1,29 +1,19 @@
-"""Policies of several networks: who acts when, and their file."""
+"""Policies of several networks: which of them acts when."""
 
 import numpy as np
 import pytest
 from helpers import SEEN
 
 from asv_env import Simulation, make_params
-from baselines.learned import network, phases
-from baselines.learned.network import About, NetworkPolicy
-from baselines.learned.phases import Phase, PhasedPolicy
+from baselines.learned.metadata import Metadata, Phase
+from baselines.learned.phases import PhasedPolicy
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
-LAYERS = [(np.zeros((SEEN, 2)), np.zeros(2))]
 
-
-def says(speed, patience=float("inf"), boats=None, **about):
-    """A network that always says the same."""
-    return Phase([(np.zeros((SEEN, 2)), np.array([speed, 0.0]))], About(**about), patience, boats)
-
-
-def same(one, other):
-    return all(
-        np.array_equal(a, b)
-        for x, y in zip(one, other, strict=True)
-        for a, b in zip(x, y, strict=True)
-    )
+def constant(speed, patience=None, team_size=None):
+    """A network whose action is always the same."""
+    layers = [(np.zeros((SEEN, 2)), np.array([speed, 0.0]))]
+    return Phase(layers, Metadata(), patience, team_size)
 
 
 def who_acts(policy, params, ticks, worlds=3, fresh_at=None):
@@ -43,7 +33,7 @@ def who_acts(policy, params, ticks, worlds=3, fresh_at=None):
 def test_the_first_network_acts_until_the_vessel_is_in_closure():
     """Driven by the script, each team's action changes once, when its vessel is held."""
     params = make_params("transport", goal=(0.2, -0.9, 0.1))
-    policy, script = PhasedPolicy([says(0.1), says(0.2)], params), ScriptedPolicy(params)
+    policy, script = PhasedPolicy([constant(0.1), constant(0.2)], params), ScriptedPolicy(params)
     sim, memory, drives = Simulation(params, 8), None, None
     observation, fresh = sim.reset(seeds=range(8)), np.ones(8, dtype=bool)
     was_closed = np.zeros(8, dtype=bool)
@@ -60,7 +50,7 @@ def test_the_first_network_acts_until_the_vessel_is_in_closure():
 def test_networks_take_turns_where_attempts_fail():
     """In closure a new attempt goes straight on to the next network; the last one stays."""
     params = make_params("push", goal=(0.2, -0.9, 0.1))
-    policy = PhasedPolicy([says(0.1), says(0.2, 1.0), says(0.3, 2.0)], params)
+    policy = PhasedPolicy([constant(0.1), constant(0.2, 1.0), constant(0.3, 2.0)], params)
     said = who_acts(policy, params, 45, fresh_at=(25, 1))
     assert said[:, 0].tolist() == [0.2] * 10 + [0.3] * 35
     assert said[:, 1].tolist() == [0.2] * 10 + [0.3] * 15 + [0.2] * 10 + [0.3] * 10
@@ -69,13 +59,13 @@ def test_networks_take_turns_where_attempts_fail():
 
 def test_a_team_on_the_side_of_the_goal_goes_round_first():
     params = make_params("push", goal=(0.2, 0.9, 0.1))
-    assert (who_acts(PhasedPolicy([says(0.1), says(0.2)], params), params, 5) == 0.1).all()
+    assert (who_acts(PhasedPolicy([constant(0.1), constant(0.2)], params), params, 5) == 0.1).all()
 
 
 def test_a_larger_vessel_takes_longer():
     params = make_params("push", num_boats=8, goal=(0.2, -0.9, 0.1))
     length = params.vessel.length
-    policy = PhasedPolicy([says(0.1), says(0.2, 1.0), says(0.3)], params)
+    policy = PhasedPolicy([constant(0.1), constant(0.2, 1.0), constant(0.3)], params)
     said = who_acts(policy, params, 40)
     assert (said[:, 0] == 0.2).sum() == np.ceil(10 * length / 0.4)
 
@@ -83,14 +73,14 @@ def test_a_larger_vessel_takes_longer():
 @pytest.mark.parametrize(("team", "said"), [(3, 0.2), (4, 0.4), (6, 0.2)])
 def test_a_team_that_has_networks_of_its_own_is_served_by_these(team, said):
     params = make_params("push", num_boats=team, goal=(0.2, -0.9, 0.1))
-    nets = [says(0.1), says(0.2), says(0.3, boats=4), says(0.4, boats=4)]
+    nets = [constant(0.1), constant(0.2), constant(0.3, team_size=4), constant(0.4, team_size=4)]
     assert (who_acts(PhasedPolicy(nets, params), params, 5) == said).all()
 
 
 def test_worlds_do_not_depend_on_those_beside_them():
     params, rng = make_params("transport"), np.random.default_rng(0)
     nets = [
-        Phase([(rng.normal(size=(SEEN, 2)), np.zeros(2))], About(decide_every=2), 1.0)
+        Phase([(rng.normal(size=(SEEN, 2)), np.zeros(2))], Metadata(action_repeat=2), 1.0)
         for _ in range(3)
     ]
     runs = []
@@ -104,53 +94,3 @@ def test_worlds_do_not_depend_on_those_beside_them():
             actions.append(action)
         runs.append(np.array(actions))
     assert np.array_equal(runs[0][:, 1], runs[1][:, 0])
-
-
-# ---------------------------------------------------------------- files
-
-
-def test_a_file_gives_back_what_was_written(tmp_path):
-    rng, file = np.random.default_rng(0), tmp_path / "two.npz"
-    wrote = [
-        Phase([(rng.normal(size=(SEEN, 2)).astype(np.float32), np.ones(2, np.float32))], *rest)
-        for rest in (
-            (About(tasks=("approach",)), 9.0),
-            (About(decide_every=2), np.inf, None),
-            (About(), 3.0, 7),
-        )
-    ]
-    phases.save(file, wrote, {"steps": 3})
-    read, card = phases.read(file)
-    assert card == {"steps": 3}
-    for one, other in zip(read, wrote, strict=True):
-        assert same(one.layers, other.layers)
-        assert (one.about, one.patience) == (other.about, other.patience)
-        assert one.boats == other.boats
-    assert isinstance(phases.load(file, make_params("transport")), PhasedPolicy)
-
-
-def test_files_of_one_network_are_read_too(tmp_path):
-    network.save(tmp_path / "one.npz", LAYERS, About())
-    assert isinstance(phases.load(tmp_path / "one.npz", make_params("push")), NetworkPolicy)
-
-
-@pytest.mark.parametrize(
-    ("nets", "message"),
-    [
-        ([Phase(LAYERS, About())], "1 networks for a team of 4: there must be two"),
-        ([says(0.1, boats=6), says(0.2, boats=6)], "0 networks for a team of 4"),
-        ([says(0.1), says(0.2, action_mode="thrusters")], "gives 'thrusters' actions"),
-        ([says(0.1), says(0.2, observation_version=0)], "observes by version 0"),
-        ([says(0.1), Phase([(np.zeros((46, 2)), np.zeros(2))], About())], "must map an observ"),
-    ],
-)
-def test_files_that_cannot_be_are_refused(tmp_path, nets, message):
-    phases.save(tmp_path / "bad.npz", nets, {})
-    with pytest.raises(ValueError, match=rf"bad\.npz.*{message}"):
-        phases.load(tmp_path / "bad.npz", make_params("push"))
-
-
-def test_a_file_of_one_network_is_not_one_of_several(tmp_path):
-    network.save(tmp_path / "one.npz", LAYERS, About())
-    with pytest.raises(ValueError, match="its format is 'asv-env policy 1'"):
-        phases.read(tmp_path / "one.npz")

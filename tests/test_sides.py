@@ -6,7 +6,8 @@ from helpers import SEEN
 
 from asv_env import Simulation, make_params
 from asv_env.tasks import starts
-from baselines.learned.network import About, NetworkPolicy
+from baselines.learned.metadata import Metadata
+from baselines.learned.network import NetworkPolicy
 from baselines.mirror import SideAway
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
@@ -71,7 +72,7 @@ def test_actions_in_the_mirror_are_mirrored():
         (rng.normal(size=(SEEN, 16)) / 5, np.zeros(16)),
         (rng.normal(size=(16, 2)), np.zeros(2)),
     ]
-    policies = [NetworkPolicy(layers, About(mirrors=True), params) for _ in range(2)]
+    policies = [NetworkPolicy(layers, Metadata(mirrors=True), params) for _ in range(2)]
     sims = [Simulation(params, 8), Simulation(params, 8, initial_states=mirrored_start)]
     seen = [sim.reset(seeds=range(8)) for sim in sims]
     memories, fresh = [None, None], np.ones(8, dtype=bool)
@@ -95,6 +96,6 @@ def test_without_a_mirror_the_observation_is_the_environments():
     layers = [(rng.normal(size=(SEEN, 2)), np.zeros(2))]
     sim = Simulation(params, 4)
     seen, fresh = sim.reset(seeds=range(4)), np.ones(4, dtype=bool)
-    policy = NetworkPolicy(layers, About(), params)
+    policy = NetworkPolicy(layers, Metadata(), params)
     action, _ = policy.act(sim.sensed, seen, None, fresh)
     assert np.array_equal(action, policy.forward(seen))

@@ -30,7 +30,7 @@ from asv_env.sensing import observation
 from asv_env.tasks import formation
 from baselines import evaluate
 from baselines.evaluate.results import read_csv
-from baselines.learned import network, phases, shipped
+from baselines.learned import policy_file, shipped
 from baselines.learned.sb3_policy import Sb3Policy
 from baselines.rollout import trajectories
 from train import actors, evaluation, imitation, run
@@ -79,8 +79,12 @@ def trained(tmp_path_factory):
     return folder
 
 
+def layers_of(file):
+    return policy_file.read_single(file)[0].layers
+
+
 def actor_of(folder):
-    return network.read(folder / "policy.npz")[0]
+    return layers_of(folder / "policy.npz")
 
 
 def same(layers, others):
@@ -121,7 +125,7 @@ def test_the_curve_has_a_row_for_each_evaluation(trained):
 def test_the_policy_file_acts_as_the_model_does(trained):
     params = make_params("push")
     saved = Sb3Policy(trained / "best.zip", params)
-    policy = network.load(trained / "best.npz", params)
+    policy = policy_file.load(trained / "best.npz", params)
     simulation = Simulation(params, 8)
     seen, fresh = simulation.reset(seeds=list(range(8))), np.ones(8, dtype=bool)
     for _ in range(20):
@@ -135,15 +139,16 @@ def test_the_policy_file_acts_as_the_model_does(trained):
 def test_export_writes_the_best_policy_and_refuses_what_is_not_it(trained, tmp_path, capsys):
     file = tmp_path / "mine.npz"
     export.main([str(trained), str(file)])
-    assert same(network.read(file)[0], network.read(trained / "best.npz")[0])
+    assert same(layers_of(file), layers_of(trained / "best.npz"))
     assert "the same to" in capsys.readouterr().out
     with pytest.raises(SystemExit):
         export.main([str(trained), str(file)])
     assert "exists" in capsys.readouterr().err
     other = tmp_path / "other"
     shutil.copytree(trained, other)
-    layers, about = network.read(other / "best.npz")
-    network.save(other / "best.npz", [(weight + 0.01, bias) for weight, bias in layers], about)
+    phase, card = policy_file.read_single(other / "best.npz")
+    moved = replace(phase, layers=[(weight + 0.01, bias) for weight, bias in phase.layers])
+    policy_file.save(other / "best.npz", [moved], card)
     with pytest.raises(SystemExit):
         export.main([str(other), str(tmp_path / "no.npz")])
     assert "differ by up to" in capsys.readouterr().err
@@ -202,7 +207,7 @@ def test_a_central_critic_changes_what_the_critic_sees_alone(tmp_path):
     state = learner.observation_space["state"].shape[0]
     assert widths[0] == len(observation.NAMES)
     assert learner.policy.mlp_extractor.value_net[0].in_features == widths[0] + state
-    assert network.load(tmp_path / "run/best.npz", make_params("push"))
+    assert policy_file.load(tmp_path / "run/best.npz", make_params("push"))
 
 
 # ------------------------------------------------------------------ what is refused
@@ -268,7 +273,7 @@ def test_going_on_with_other_code_is_noted(trained, tmp_path, capsys):
 
 
 def test_the_curve_tells_of_a_policy_that_is_there(trained, tmp_path, monkeypatch):
-    scores = evaluation.evaluate(actor_of(trained), run.Run(tiny()).about({}), tiny(), (1, 2.0))
+    scores = evaluation.evaluate(actor_of(trained), run.Run(tiny()).metadata, tiny(), (1, 2.0))
     made = run.Run(tiny(out=tmp_path / "run"))
     made.open()
     evaluation.keep(made, actor_of(trained), scores, best=True)
@@ -277,7 +282,7 @@ def test_the_curve_tells_of_a_policy_that_is_there(trained, tmp_path, monkeypatc
     def fails(*_):
         raise OSError("full")
 
-    monkeypatch.setattr(network, "save", fails)
+    monkeypatch.setattr(policy_file, "save", fails)
     with pytest.raises(OSError, match="full"):
         evaluation.keep(made, actor_of(trained), [replace(scores[0], timesteps=2)], best=False)
     assert _timesteps(made.curve) == [1]
@@ -318,9 +323,14 @@ def test_what_makes_no_sense_is_refused_before_anything_is_made(options, said, t
 
 
 def test_a_policy_that_observes_otherwise_is_no_beginning(trained, tmp_path):
-    layers, about = network.read(trained / "best.npz")
-    network.save(tmp_path / "old.npz", layers, replace(about, observation_version=0))
+    save_with(trained, tmp_path / "old.npz", observation_version=0)
     assert "observes by version 0" in begun_with(tmp_path / "old.npz")
+
+
+def save_with(trained, file, **metadata):
+    """Saves what was trained with other metadata."""
+    phase, card = policy_file.read_single(trained / "best.npz")
+    policy_file.save(file, [replace(phase, metadata=replace(phase.metadata, **metadata))], card)
 
 
 def begun_with(file, *options):
@@ -337,12 +347,11 @@ def begun_with(file, *options):
         ({"activation": "tanh"}, "its activation is 'tanh', that of the training 'relu'"),
         ({"mirrors": True}, "its mirror is True, that of the training False"),
         ({"residual": 0.5}, "its residual is 0.5, that of the training 0.0"),
-        ({"decide_every": 5}, "its decision_rate is 2, that of the training 5"),
+        ({"action_repeat": 5}, "its decision_rate is 2, that of the training 5"),
     ],
 )
 def test_a_policy_that_acts_otherwise_is_no_beginning(other, said, trained, tmp_path):
-    layers, about = network.read(trained / "best.npz")
-    network.save(tmp_path / "other.npz", layers, replace(about, **other))
+    save_with(trained, tmp_path / "other.npz", **other)
     assert said in begun_with(tmp_path / "other.npz")
 
 
@@ -352,12 +361,12 @@ def test_a_policy_of_other_layers_is_no_beginning(trained, tmp_path):
         tmp_path / "wide.npz", "--hidden", 8, 16
     )
     shutil.copy(shipped.FOLDER / shipped.FILES["transport"], tmp_path / "several.npz")
-    assert "its format is 'asv-env phases 1'" in begun_with(tmp_path / "several.npz")
+    assert "several.npz holds 4 networks: it must hold one" in begun_with(tmp_path / "several.npz")
 
 
 def test_a_policy_file_is_a_beginning(trained, tmp_path):
     learner = Learner.made(tiny(), Worlds(tiny()))
-    layers, _ = network.read(trained / "best.npz")
+    layers = layers_of(trained / "best.npz")
     actors.put_layers(policies.actor(learner.policy), layers)
     assert same(actors.layers_of(policies.actor(learner.policy)), layers)
     with pytest.raises(ValueError, match="--hidden"):
@@ -365,7 +374,7 @@ def test_a_policy_file_is_a_beginning(trained, tmp_path):
 
 
 def test_a_wider_actor_begins_by_acting_as_the_file(trained):
-    layers, _ = network.read(trained / "best.npz")
+    layers = layers_of(trained / "best.npz")
 
     def actor(*hidden):
         config = tiny(hidden=hidden)
@@ -532,11 +541,11 @@ def test_pushes_begin_where_others_have_brought_the_vessel_into_closure():
 
 def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
     given = ("--out", tmp_path / "r", "--hand-over", trained / "best.npz")
-    assert "its format is 'asv-env policy 1'" in refusal(*given, "--midway-starts", 0.5)
+    assert "best.npz: 1 networks for a team of 4" in refusal(*given, "--midway-starts", 0.5)
     assert "midway_starts = 0: no episode would begin there" in refusal(*given)
-    both = phases.read(shipped.FOLDER / shipped.FILES["transport"])[0]
+    both = policy_file.read(shipped.FOLDER / shipped.FILES["transport"])[0]
     file = tmp_path / "four.npz"
-    phases.save(file, [one for one in both if one.boats == 4], {})
+    policy_file.save(file, [one for one in both if one.team_size == 4], {})
     given = ("--out", tmp_path / "r", "--hand-over", file, "--midway-starts", 0.5, "--teams", 6)
     assert "four.npz: 0 networks for a team of 6" in refusal(*given)
     assert not (tmp_path / "r").exists()
@@ -545,9 +554,9 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
 def test_a_hand_over_that_never_pushes_is_named(tmp_path):
     idle = [
         replace(one, layers=[(0 * weight, 0 * bias) for weight, bias in one.layers])
-        for one in phases.read(shipped.FOLDER / shipped.FILES["transport"])[0]
+        for one in policy_file.read(shipped.FOLDER / shipped.FILES["transport"])[0]
     ]
-    phases.save(tmp_path / "idle.npz", idle, {})
+    policy_file.save(tmp_path / "idle.npz", idle, {})
     given = ("--out", tmp_path / "r", "--hand-over", tmp_path / "idle.npz", "--midway-starts", 0.5)
     assert "idle.npz: it never brought the vessel into closure with 4 boats" in refusal(*given)
 
@@ -658,7 +667,7 @@ def test_worlds_are_the_same_after_the_same_renewal():
 def test_corrections_are_made_in_training_as_in_the_policy_file(tmp_path):
     residual = ["--residual", "0.3", "--decision-rate", "10", "--imitation-rounds", "0"]
     train(tmp_path / "run", *residual, "--total-timesteps", "512", "--scenarios", "nominal")
-    policy = network.load(tmp_path / "run/policy.npz", make_params("push"))
+    policy = policy_file.load(tmp_path / "run/policy.npz", make_params("push"))
     boats = CorrectedVecEnv("push", num_envs=3, share=0.3)
     boats.seed(10**9)
     seen = boats.reset()

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from asv_env import make_params
-from baselines.learned import network
+from baselines.learned import policy_file
 from baselines.rollout import runner, seeds
 
 if "ENGINES_MUST_RUN" not in os.environ:
@@ -96,7 +96,7 @@ def test_a_run_that_is_killed_goes_on(started, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
 
     params = make_params("push")
-    policy = network.load(folder / "best.npz", params)
+    policy = policy_file.load(folder / "best.npz", params)
     (track,) = runner.run(lambda _: policy, params, [seeds.DEVELOPMENT.start], 1)
     assert track.episode.error is None
 

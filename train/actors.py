@@ -9,7 +9,7 @@ import torch
 from torch import nn
 from tqdm import tqdm
 
-from baselines.learned.network import Layers
+from baselines.learned.metadata import Layers
 from train.config import Config
 from train.imitation import imitate
 

@@ -18,7 +18,7 @@ from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
-from baselines.learned import phases
+from baselines.learned import policy_file
 from baselines.learned.phases import PhasedPolicy
 from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
@@ -97,10 +97,10 @@ class Midway:
             seeds: of the episodes.
 
         Raises:
-            ValueError, FileNotFoundError: as ``baselines.phases.read``; it never begins to push.
+            ValueError, FileNotFoundError: as ``policy_file.read``; it never begins to push.
         """
         simulation = Simulation(params, len(seeds))
-        policy = PhasedPolicy(phases.read(file)[0], params)
+        policy = PhasedPolicy(policy_file.read(file)[0], params)
         acts = np.zeros(len(seeds), dtype=np.int64)
         motion, goal = [], []
         for tick in rollout(simulation, policy.act, seeds, params.time_limit_ticks):

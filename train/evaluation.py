@@ -13,7 +13,9 @@ import numpy as np
 
 from asv_env.params import NOMINAL_LENGTH, EnvParams, TaskParams
 from asv_env.presets import make_params
-from baselines.learned.network import SUFFIX, About, Layers, NetworkPolicy
+from baselines.learned.metadata import Layers, Metadata
+from baselines.learned.network import NetworkPolicy
+from baselines.learned.policy_file import SUFFIX
 from baselines.rollout import runner
 from baselines.rollout.episodes import Episode
 from baselines.rollout.files import write_text
@@ -54,19 +56,21 @@ class Score:
 COLUMNS = [f.name for f in fields(Score)]
 
 
-def evaluate(layers: Layers, about: About, config: Config, now: tuple[int, float]) -> list[Score]:
+def evaluate(
+    layers: Layers, metadata: Metadata, config: Config, now: tuple[int, float]
+) -> list[Score]:
     """Scores of a policy in all groups of worlds of a run.
 
     Args:
         layers: of the policy.
-        about: what it was made for.
+        metadata: what it was made for.
         config: of the run.
         now: timesteps and seconds of the training.
     """
     scores = []
     for team, scenario in config.shared_out(config.num_envs):
         params = make_params(config.task, team, scenario, side=side(config))
-        episodes = run(layers, about, params, config)
+        episodes = run(layers, metadata, params, config)
         scores.append(score(episodes, params, scenario, now))
     return scores
 
@@ -80,10 +84,10 @@ def side(config: Config) -> str:
     return "goal" if config.mirror and config.task == "push" else TaskParams.side
 
 
-def run(layers: Layers, about: About, params: EnvParams, config: Config) -> list[Episode]:
+def run(layers: Layers, metadata: Metadata, params: EnvParams, config: Config) -> list[Episode]:
     """Episodes of a policy on the development seeds."""
     seeds = range(config.eval_seed, config.eval_seed + config.eval_episodes)
-    tracks = runner.run(lambda p: NetworkPolicy(layers, about, p), params, seeds, len(seeds))
+    tracks = runner.run(lambda p: NetworkPolicy(layers, metadata, p), params, seeds, len(seeds))
     return [track.episode for track in tracks]
 
 
@@ -121,7 +125,7 @@ def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
         best: whether it is the best so far.
     """
     first, start = run.config.first_seed, run.config.init_from
-    card = {
+    model_card = {
         "options": run.config.learned() | {"init_from": start and start.name},
         "timesteps": scores[0].timesteps,
         "training_seeds": [first, first + SEEDS_OF_A_RUN - 1],
@@ -129,8 +133,8 @@ def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
         "began_with": run.began_with,
     }
     if best:
-        run.save_policy(f"{BEST}{SUFFIX}", layers, card)
-    run.save_policy(f"policy{SUFFIX}", layers, card)
+        run.save_policy(f"{BEST}{SUFFIX}", layers, model_card)
+    run.save_policy(f"policy{SUFFIX}", layers, model_card)
     _put(run.curve, [*_rows(run.curve), *map(asdict, scores)])
 
 

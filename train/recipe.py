@@ -16,9 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from baselines.learned import network, phases
-from baselines.learned.network import SUFFIX
-from baselines.learned.phases import Phase
+from baselines.learned import policy_file
+from baselines.learned.policy_file import SUFFIX
 from baselines.rollout.files import write
 from train.config import PRESETS, Config
 from train.run import BEST
@@ -171,7 +170,7 @@ def follow(seed: int, out: Path, threads: int) -> None:
                 join(out, [(training.takes_over, training.after, None)], before)
             config = replace(config, hand_over=before)
         ppo.train(config)
-        if config.init_from and not network.read(best(out / name))[1].card["timesteps"]:
+        if config.init_from and not policy_file.read(best(out / name))[1]["timesteps"]:
             print(f"{name}: nothing better than where it began", file=sys.stderr)
     shutil.copyfile(checked(out / APPROACH), out / f"approach{SUFFIX}")
     join(out, PAIRS, out / f"transport{SUFFIX}")
@@ -188,12 +187,13 @@ def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) ->
     Raises:
         ValueError: a policy file differs from the network that was trained.
     """
-    joined = [
-        Phase(*network.read(checked(out / name)), patience, boats)
-        for approach, push, boats in pairs
-        for name, patience in ((approach, float("inf")), (push, PATIENCE))
-    ]
-    write(file, lambda part: phases.save(part, joined, {}))
+    phases, model_cards = [], []
+    for approach, push, team_size in pairs:
+        for name, patience in ((approach, None), (push, PATIENCE)):
+            phase, model_card = policy_file.read_single(checked(out / name))
+            phases.append(replace(phase, patience=patience, team_size=team_size))
+            model_cards.append(model_card)
+    write(file, lambda part: policy_file.save(part, phases, {"phases": model_cards}))
 
 
 def checked(run: Path) -> Path:

@@ -25,8 +25,9 @@ from uuid import uuid4
 
 from asv_env.presets import make_params
 from asv_env.sensing import observation
-from baselines.learned import network, phases
-from baselines.learned.network import About, Layers, NetworkPolicy
+from baselines.learned import policy_file
+from baselines.learned.metadata import Layers, Metadata, Phase
+from baselines.learned.network import NetworkPolicy
 from baselines.learned.phases import PhasedPolicy
 from baselines.rollout import provenance
 from baselines.rollout.files import remove_parts, write, write_text
@@ -79,7 +80,7 @@ class Run:
         """Begins the run, or finds the one that is there; without a checkpoint it is begun anew.
 
         Args:
-            began_with: card of the policy file with which learning begins, if it does.
+            began_with: model card of the policy file with which learning begins, if it does.
 
         Raises:
             ValueError: the folder holds another run, or one that this code cannot go on with.
@@ -129,9 +130,9 @@ class Run:
 
     @property
     def began_with(self) -> dict[str, Any] | None:
-        """Card of the policy file with which learning began."""
-        card: dict[str, Any] | None = self._said("began_with")
-        return card
+        """Model card of the policy file with which learning began."""
+        model_card: dict[str, Any] | None = self._said("began_with")
+        return model_card
 
     @property
     def id(self) -> str | None:
@@ -167,21 +168,22 @@ class Run:
                 f"{self.folder} holds a run with other options ({'; '.join(changed)}): {remedy}"
             )
 
-    def save_policy(self, name: str, layers: Layers, card: dict[str, Any]) -> Path:
+    def save_policy(self, name: str, layers: Layers, model_card: dict[str, Any]) -> Path:
         """Writes a policy file into the folder."""
         path = self.folder / name
-        write(path, lambda part: network.save(part, layers, self.about(card)))
+        phases = [Phase(layers, self.metadata)]
+        write(path, lambda part: policy_file.save(part, phases, model_card))
         return path
 
-    def about(self, card: dict[str, Any]) -> About:
+    @property
+    def metadata(self) -> Metadata:
         """What a policy of this run is made for."""
-        return About(
+        return Metadata(
             tasks=(self.config.task,),
             activation=self.config.activation,
-            decide_every=self.config.decide_every,
+            action_repeat=self.config.decide_every,
             residual=self.config.residual,
             mirrors=self.config.mirror,
-            card=card,
         )
 
 
@@ -194,10 +196,10 @@ def opened(config: Config) -> tuple[Run, Layers | None]:
     Raises:
         ValueError, OSError, ImportError: something does not go; nothing was made then.
     """
-    start, card = initial(config)
+    start, model_card = initial(config)
     check_recorded(config)
     if config.hand_over is not None:
-        handed, _ = phases.read(config.hand_over)
+        handed, _ = policy_file.read(config.hand_over)
         try:
             for team in config.teams:
                 PhasedPolicy(handed, make_params("transport", team))
@@ -205,12 +207,12 @@ def opened(config: Config) -> tuple[Run, Layers | None]:
             raise ValueError(f"--hand-over {config.hand_over}: {error}") from error
     tracking.check(config)
     run = Run(config)
-    run.open(card)
+    run.open(model_card)
     return run, start
 
 
 def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]:
-    """Layers and card of the policy file with which learning begins, if there is one.
+    """Layers and model card of the policy file with which learning begins, if there is one.
 
     Raises:
         ValueError: a policy of another kind of action or version of the observation, or of
@@ -219,17 +221,18 @@ def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]
     """
     if config.init_from is None:
         return None, None
-    layers, about = network.read(config.init_from)
+    phase, model_card = policy_file.read_single(config.init_from)
+    layers, metadata = phase.layers, phase.metadata
     try:
-        NetworkPolicy(layers, about, make_params(about.tasks[0]))
+        NetworkPolicy(layers, metadata, make_params(metadata.tasks[0]))
         actors.check_fit(layers, (len(observation.NAMES), *config.hidden, 2))
     except ValueError as error:
         raise ValueError(f"--init-from {config.init_from}: {error}") from error
     wanted = {
-        "activation": (about.activation, config.activation),
-        "mirror": (about.mirrors, config.mirror),
-        "residual": (about.residual, config.residual),
-        "decision_rate": (CONTROL_RATE // about.decide_every, config.decision_rate),
+        "activation": (metadata.activation, config.activation),
+        "mirror": (metadata.mirrors, config.mirror),
+        "residual": (metadata.residual, config.residual),
+        "decision_rate": (CONTROL_RATE // metadata.action_repeat, config.decision_rate),
     }
     for option, (told, asked) in wanted.items():
         if told != asked:
@@ -237,7 +240,7 @@ def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]
                 f"--init-from {config.init_from}: its {option} is {told!r}, that of the training "
                 f"{asked!r}; train with that of the file"
             )
-    return layers, about.card
+    return layers, model_card
 
 
 def _made_by(config: Config) -> dict[str, Any]:

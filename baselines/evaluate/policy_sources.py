@@ -23,13 +23,13 @@ from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
 from baselines.evaluate.conditions import Suite
-from baselines.learned import network, phases, shipped
+from baselines.learned import policy_file, shipped
 from baselines.learned.sb3_policy import Sb3Policy
 from baselines.policy import POLICIES, Policy
 from baselines.rollout import provenance
 from baselines.rollout.guard import checked_action
 
-EXPORTED, SB3 = network.SUFFIX, ".zip"
+EXPORTED, SB3 = policy_file.SUFFIX, ".zip"
 SB3_NEEDS = ("stable-baselines3", "torch")
 NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
 """Of a policy: it also names a folder."""
@@ -62,7 +62,7 @@ class Source:
         if self.word in POLICIES:
             return POLICIES[self.word](params)
         if self.path is not None:
-            load: Any = phases.load if self.path.suffix == EXPORTED else Sb3Policy
+            load: Any = policy_file.load if self.path.suffix == EXPORTED else Sb3Policy
             return load(self.path, params)
         return self._class()(params)
 

@@ -9,9 +9,7 @@ and then the next network pushes. A team size may have networks of its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,32 +18,14 @@ from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tasks import TASKS
 from asv_env.types import Action, Bool, Int, Observation, Sensed
 from baselines.learned import network
-from baselines.learned.network import About, Held, Layers, NetworkPolicy
+from baselines.learned.metadata import Phase
+from baselines.learned.network import NetworkMemory, NetworkPolicy
 from baselines.mirror import SideAway, SideMemory, goal_across
-from baselines.policy import Policy
 
-FORMAT = "asv-env phases 1"
 BEHIND = 0.1
 """How far on the side of the team a goal must lie for it to go round, lengths of the vessel."""
 FAR = 2.0
 """Distance from the vessel at which a boat is lost while others push, lengths of the vessel."""
-
-
-@dataclass(frozen=True)
-class Phase:
-    """One network and its job.
-
-    Attributes:
-        layers: of the network.
-        about: what it was made for.
-        patience: time after which its attempt is given up, s for a vessel of 0.40 m.
-        boats: the team size that has this network for itself; None serves all that have none.
-    """
-
-    layers: Layers
-    about: About
-    patience: float = float("inf")
-    boats: int | None = None
 
 
 @dataclass
@@ -64,7 +44,7 @@ class PhaseMemory:
     attempt: Int
     acts: Int
     ticks: Int
-    held: Sequence[Held | None]
+    held: Sequence[NetworkMemory | None]
 
 
 class PhasedPolicy:
@@ -83,14 +63,17 @@ class PhasedPolicy:
     def __init__(self, phases: Sequence[Phase], params: EnvParams) -> None:
         phases = serving(phases, params.num_boats)
         self._networks = [
-            NetworkPolicy(one.layers, replace(one.about, tasks=tuple(TASKS), mirrors=False), params)
+            NetworkPolicy(
+                one.layers, replace(one.metadata, tasks=tuple(TASKS), mirrors=False), params
+            )
             for one in phases
         ]
         self._params = params
         self._away = SideAway(params)
         scale = params.vessel.length / NOMINAL_LENGTH * params.clock.control
         self._behind = BEHIND * params.vessel.length
-        self._patience = np.array([one.patience * scale for one in phases])
+        limits = [np.inf if one.patience is None else one.patience for one in phases]
+        self._patience = scale * np.array(limits)
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: PhaseMemory | None, fresh: Bool
@@ -112,7 +95,7 @@ class PhasedPolicy:
         pushes = seen.closed | ((memory.acts > 0) & ~begins)
         acts = np.where(pushes, 1 + np.minimum(attempt, len(self._networks) - 2), 0)
         changes = begins | (acts != memory.acts)
-        observed = network.observed(seen, self._params)
+        observed = network.observe(seen, self._params)
         action = np.zeros((*sensed.slot.shape, 2), dtype=np.float32)
         held = []
         for number, one in enumerate(self._networks):
@@ -137,77 +120,11 @@ def serving(phases: Sequence[Phase], num_boats: int) -> Sequence[Phase]:
     Raises:
         ValueError: there are fewer than two.
     """
-    own = [one for one in phases if one.boats == num_boats]
-    own = own or [one for one in phases if one.boats is None]
+    own = [one for one in phases if one.team_size == num_boats]
+    own = own or [one for one in phases if one.team_size is None]
     if len(own) < 2:
         raise ValueError(
             f"{len(own)} networks for a team of {num_boats}: there must be two at least, one that "
             "approaches and one that pushes"
         )
     return own
-
-
-def save(path: Path, phases: Sequence[Phase], card: dict[str, Any]) -> None:
-    """Writes a policy file (``.npz``) of several networks.
-
-    Args:
-        path: of the file.
-        phases: the networks, see ``PhasedPolicy``.
-        card: where it comes from; free of form.
-    """
-    told = [
-        {"about": asdict(one.about), "patience": one.patience, "boats": one.boats} for one in phases
-    ]
-    weights: dict[str, Any] = {}
-    for number, one in enumerate(phases):
-        weights |= network.arrays(one.layers, f"phase_{number}_")
-    about = {"format": FORMAT, "phases": told, "card": card}
-    np.savez_compressed(path, **network.told(about), **weights)
-
-
-def read(path: Path) -> tuple[list[Phase], dict[str, Any]]:
-    """The networks of a policy file, and its card.
-
-    Raises:
-        ValueError: it is not such a file, or of another format.
-        FileNotFoundError: there is none.
-    """
-    with network.contents(path, FORMAT) as (about, file):
-        phases = [
-            Phase(
-                network.layers_in(file, f"phase_{number}_"),
-                network.about_of(one["about"]),
-                one["patience"],
-                one.get("boats"),
-            )
-            for number, one in enumerate(about["phases"])
-        ]
-        return phases, about["card"]
-
-
-def holds_several(path: Path) -> bool:
-    """Whether a policy file is one of several networks.
-
-    Raises:
-        ValueError: it is not a policy file.
-        FileNotFoundError: there is none.
-    """
-    with network.contents(path, network.FORMAT, FORMAT) as (about, _):
-        several: bool = about.get("format") == FORMAT
-        return several
-
-
-def load(path: Path, params: EnvParams) -> Policy:
-    """The policy of a file, of one network or of several, for an environment.
-
-    Raises:
-        ValueError: not a policy file, or a policy for something else.
-        FileNotFoundError: there is none.
-    """
-    if not holds_several(path):
-        return network.load(path, params)
-    phases, _ = read(path)
-    try:
-        return PhasedPolicy(phases, params)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error

@@ -10,7 +10,7 @@ import hashlib
 from pathlib import Path
 
 from asv_env.params import EnvParams
-from baselines.learned import phases
+from baselines.learned import policy_file
 from baselines.policy import Policy
 
 FOLDER = Path(__file__).parent / "weights"
@@ -28,7 +28,7 @@ def learned_policy(params: EnvParams) -> Policy:
     Raises:
         ValueError: actions or observations of another kind than those with which it was trained.
     """
-    return phases.load(FOLDER / FILES[params.task.name], params)
+    return policy_file.load(FOLDER / FILES[params.task.name], params)
 
 
 def fingerprint() -> str:

@@ -35,7 +35,7 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.sensing import observation
-from baselines.learned.network import UNREADABLE
+from baselines.learned.policy_file import UNREADABLE
 from baselines.rollout import seeds
 from baselines.rollout.episodes import Episode, PoseLog, Trajectory
 from baselines.rollout.files import write

@@ -37,7 +37,8 @@ from tqdm import tqdm
 from asv_env.envs.parallel import AsvParallelEnv
 from asv_env.presets import make_params
 from asv_env.sensing import observation
-from baselines.learned.network import Layers, NetworkPolicy
+from baselines.learned.metadata import Layers
+from baselines.learned.network import NetworkPolicy
 from baselines.rollout.files import write_text
 from train import actors, evaluation, tracking
 from train.config import BAR, LEAST_RATE, SEEDS_OF_A_RUN, Config
@@ -369,7 +370,7 @@ class Training:
         layers = exported(module_of(self._algorithm), run)
         self._count_time()
         now = (progress.timesteps, progress.seconds)
-        scores = evaluation.evaluate(layers, run.about({}), run.config, now)
+        scores = evaluation.evaluate(layers, run.metadata, run.config, now)
         self._count_time()
         evaluation.keep(run, layers, scores, evaluation.merit(scores) < progress.best)
         progress.best = min(progress.best, evaluation.merit(scores))
@@ -415,7 +416,7 @@ def exported(module: Any, run: Run) -> Layers:
         RuntimeError: the policy file would not do what the module does.
     """
     layers = actors.layers_of(actor(module))
-    policy = NetworkPolicy(layers, run.about({}), make_params(run.config.task))
+    policy = NetworkPolicy(layers, run.metadata, make_params(run.config.task))
     size = (COMPARED, len(observation.NAMES))
     seen = np.random.default_rng(0).standard_normal(size, dtype=np.float32)
     told = module.forward_inference({Columns.OBS: torch.from_numpy(seen)})

@@ -19,7 +19,7 @@ from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
-from baselines.learned import network
+from baselines.learned import policy_file
 from baselines.learned.network import NetworkPolicy
 from baselines.rollout import seeds
 from baselines.rollout.files import write
@@ -64,9 +64,10 @@ def check(file: Path, original: Callable[[Observation], Action]) -> float:
     Raises:
         ValueError: it is larger than ``TOLERANCE``.
     """
-    _, about = network.read(file)
-    params = make_params(about.tasks[0])
-    difference = compare(network.load(file, params), original, params)
+    phase, _ = policy_file.read_single(file)
+    params = make_params(phase.metadata.tasks[0])
+    policy = NetworkPolicy(phase.layers, phase.metadata, params)
+    difference = compare(policy, original, params)
     if difference > TOLERANCE:
         raise ValueError(
             f"{file}: its actions differ by up to {difference:.1e} from those of the original"
@@ -103,9 +104,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         if options.file.exists() and not options.overwrite:
             raise FileExistsError(f"{options.file} exists: name another, or use --overwrite")
-        if options.file.suffix != network.SUFFIX:
-            raise ValueError(f"{options.file}: a policy file ends in {network.SUFFIX}")
-        own = options.run / f"{BEST}{network.SUFFIX}"
+        if options.file.suffix != policy_file.SUFFIX:
+            raise ValueError(f"{options.file}: a policy file ends in {policy_file.SUFFIX}")
+        own = options.run / f"{BEST}{policy_file.SUFFIX}"
         difference = check(own, trained(options.run))
         write(options.file, lambda part: shutil.copyfile(own, part))
     except (ValueError, OSError) as error:

@@ -196,7 +196,7 @@ class Keeper(BaseCallback):
         layers = actors.layers_of(policies.actor(model.policy))
         self._count_time()
         now = (model.num_timesteps, model.seconds)
-        scores = evaluation.evaluate(layers, run.about({}), run.config, now)
+        scores = evaluation.evaluate(layers, run.metadata, run.config, now)
         self._count_time()
         best = evaluation.merit(scores) < model.best
         if best:

@@ -1,4 +1,4 @@
-"""The cards of the learned policies: how each was trained, from what its file says of itself."""
+"""Page of the model cards of the learned policies that ship: how each network was trained."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Any
 
 from baselines.evaluate.tables.formats import share
 from baselines.evaluate.tables.table import grid
-from baselines.learned import network, phases, shipped
-from baselines.learned.network import About
+from baselines.learned import policy_file, shipped
 
 INTRODUCTION = """\
 # The learned policies
@@ -34,33 +33,33 @@ HEADS = (
 
 
 def page(folder: Path) -> str:
-    """All cards of a folder, in Markdown."""
+    """Returns the page of a folder of policy files, in Markdown."""
     parts = [INTRODUCTION.strip()]
-    for file in sorted(folder.glob(f"*{network.SUFFIX}")):
+    for file in sorted(folder.glob(f"*{policy_file.SUFFIX}")):
         tasks = [task for task, name in shipped.FILES.items() if name == file.name]
         parts += [
             f"## {file.name}",
             f"For {' and '.join(task.capitalize() for task in tasks)}; "
             f"{file.stat().st_size:,} bytes.",
         ]
-        for about in networks(file):
-            parts.append(grid(HEADS, [_line(one) for one in trainings(about.card)], left=HEADS[:3]))
+        for card in of_networks(file):
+            parts.append(grid(HEADS, [_line(one) for one in trainings(card)], left=HEADS[:3]))
     return "\n\n".join(parts) + "\n"
 
 
-def networks(file: Path) -> list[About]:
-    """What the networks of a policy file were made for.
+def of_networks(file: Path) -> list[dict[str, Any]]:
+    """Returns the model card of each network of a policy file.
 
     Raises:
         ValueError: it is not a policy file.
     """
-    if phases.holds_several(file):
-        return [one.about for one in phases.read(file)[0]]
-    return [network.read(file)[1]]
+    _, card = policy_file.read(file)
+    cards: list[dict[str, Any]] = card.get("phases", [card])
+    return cards
 
 
 def trainings(card: dict[str, Any]) -> list[dict[str, Any]]:
-    """Cards of the trainings that led to a network, the first one first."""
+    """Returns the model cards of the trainings that led to a network, the first one first."""
     before = card.get("began_with")
     return [*(trainings(before) if before else []), card]
 

@@ -1,0 +1,135 @@
+"""Policy files: the networks of a learned policy, what each was made for, and a model card.
+
+A file is an NPZ. ``phase_i_weight_j`` (inputs, outputs) and ``phase_i_bias_j`` (outputs,) are the
+layers of network i; ``policy`` is a JSON text:
+
+==============  ==================================================================================
+``format``      ``FORMAT``
+``phases``      of each network ``metadata``, ``patience`` and ``team_size``; see ``Phase``
+``model_card``  where the policy comes from: options, steps, seeds, scores; free of form
+==============  ==================================================================================
+
+Nothing in it is code: a file from a stranger can be read safely.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from baselines.learned.metadata import Layers, Metadata, Phase
+from baselines.learned.network import NetworkPolicy
+from baselines.learned.phases import PhasedPolicy
+from baselines.policy import Policy
+
+FORMAT, SUFFIX = "asv-env policy 2", ".npz"
+UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError)
+"""Exceptions of NumPy that mean a damaged NPZ."""
+
+
+def save(path: Path, phases: Sequence[Phase], model_card: Mapping[str, Any]) -> None:
+    """Writes a policy file.
+
+    Args:
+        path: name of the file, ending in ``SUFFIX``.
+        phases: one network, or those that ``PhasedPolicy`` takes.
+        model_card: where the policy comes from; anything that JSON can express.
+    """
+    policy = {
+        "format": FORMAT,
+        "phases": [
+            {
+                "metadata": asdict(phase.metadata),
+                "patience": phase.patience,
+                "team_size": phase.team_size,
+            }
+            for phase in phases
+        ],
+        "model_card": model_card,
+    }
+    arrays = {
+        f"phase_{number}_{name}_{depth}": np.asarray(array, dtype=np.float32)
+        for number, phase in enumerate(phases)
+        for depth, layer in enumerate(phase.layers)
+        for name, array in zip(("weight", "bias"), layer, strict=True)
+    }
+    np.savez_compressed(path, policy=np.array(json.dumps(policy)), **arrays)  # type: ignore[arg-type]
+
+
+def read(path: Path) -> tuple[list[Phase], dict[str, Any]]:
+    """Returns the networks of a policy file, and its model card.
+
+    Raises:
+        ValueError: the file is not a policy file, or of another format.
+        FileNotFoundError: there is no such file.
+    """
+    if path.is_file() and not zipfile.is_zipfile(path):
+        raise ValueError(f"{path} is not a policy file: not an NPZ")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            policy = json.loads(str(file["policy"]))
+            if policy["format"] != FORMAT:
+                raise ValueError(f"its format is {policy['format']!r}")
+            phases = [_phase(file, *item) for item in enumerate(policy["phases"])]
+            return phases, policy["model_card"]
+    except (*UNREADABLE, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"{path} is not a policy file of the format {FORMAT!r}: {error}"
+        ) from error
+
+
+def read_single(path: Path) -> tuple[Phase, dict[str, Any]]:
+    """Returns the only network of a policy file, and its model card.
+
+    Raises:
+        ValueError: the file holds several networks, or see ``read``.
+        FileNotFoundError: there is no such file.
+    """
+    phases, model_card = read(path)
+    if len(phases) != 1:
+        raise ValueError(f"{path} holds {len(phases)} networks: it must hold one")
+    return phases[0], model_card
+
+
+def load(path: Path, params: EnvParams) -> Policy:
+    """Returns the policy of a file for an environment.
+
+    Raises:
+        ValueError: the file is not a policy file, or its policy is for something else.
+        FileNotFoundError: there is no such file.
+    """
+    phases, _ = read(path)
+    try:
+        if len(phases) == 1:
+            return NetworkPolicy(phases[0].layers, phases[0].metadata, params)
+        return PhasedPolicy(phases, params)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _phase(file: Mapping[str, Any], number: int, fields: dict[str, Any]) -> Phase:
+    prefix = f"phase_{number}_"
+    depth = sum(name.startswith(f"{prefix}weight_") for name in file)
+    layers = [(file[f"{prefix}weight_{n}"], file[f"{prefix}bias_{n}"]) for n in range(depth)]
+    _check(layers)
+    metadata = {**fields["metadata"], "tasks": tuple(fields["metadata"]["tasks"])}
+    return Phase(layers, Metadata(**metadata), fields["patience"], fields["team_size"])
+
+
+def _check(layers: Layers) -> None:
+    """Refuses weights and biases that are not those of a perceptron."""
+    shapes = [(weight.shape, bias.shape) for weight, bias in layers]
+    fits = all(len(weight) == 2 and bias == weight[1:] for weight, bias in shapes)
+    if not (shapes and fits and all(b[0][0] == a[0][1] for a, b in pairwise(shapes))):
+        raise ValueError(f"layers of shapes {shapes} do not fit")
+    if not all(np.isfinite(array).all() for layer in layers for array in layer):
+        raise ValueError("weights are not finite")
