@@ -1,50 +1,95 @@
-"""Imports run one way, and every heavy library has its one place."""
+"""Rooms of the tree: imports run one way, libraries have their places, names occur once."""
 
 import ast
 import sys
+from collections import Counter
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-
-GROUND = {"types", "checks", "geometry", "params", "presets"}
-MIDDLE = {
-    "basin", "water", "thrusters", "tracking", "dynamics", "sensors", "formation", "scenarios",
-    "observation", "reward", "termination", "metrics",
-}  # fmt: skip
-TOP = {"simulation"}
-LAYERS = (GROUND, MIDDLE, TOP)
-"""Modules of asv_env from the ground up; all others are faces and pictures above them."""
+GROUND = {f"asv_env.{name}" for name in ("types", "checks", "geometry", "registry", "params")}
+WORLD = {*GROUND, *(f"asv_env.{name}" for name in ("physics", "tasks", "sensing", "presets"))}
+WORLD |= {"asv_env.simulation", "asv_env.render", "asv_env.envs", "asv_env"}
+POLICIES = {f"baselines.{name}" for name in ("policy", "mirror", "paper", "scripted", "learned")}
+RUN = {*WORLD, *POLICIES, "baselines.rollout"}
+EVALUATE = "baselines.evaluate"
+ROOMS = {
+    # the world
+    "asv_env.types": set(),
+    "asv_env.checks": set(),
+    "asv_env.registry": GROUND,
+    "asv_env.geometry": GROUND,
+    "asv_env.params": GROUND,
+    "asv_env.physics": GROUND,
+    "asv_env.tasks": GROUND,
+    "asv_env.sensing": {*GROUND, "asv_env.physics", "asv_env.tasks"},
+    "asv_env.presets": {*GROUND, "asv_env.sensing", "asv_env.tasks"},
+    "asv_env.simulation": {*GROUND, "asv_env.physics", "asv_env.sensing", "asv_env.tasks"},
+    "asv_env.render": {*GROUND, "asv_env.physics", "asv_env.tasks"},
+    "asv_env.envs": WORLD - {"asv_env", "asv_env.physics"},
+    "asv_env": WORLD,
+    "asv_env.__main__": WORLD,
+    # policies
+    "baselines.policy": GROUND,
+    "baselines.mirror": WORLD,
+    "baselines.paper": {*WORLD, "baselines.policy", "baselines.mirror"},
+    "baselines.scripted": {*WORLD, "baselines.policy", "baselines.mirror", "baselines.paper"},
+    "baselines.learned": {*WORLD, *POLICIES},
+    # what is made with them
+    "baselines.rollout": {*WORLD, *POLICIES},
+    EVALUATE: RUN,
+    f"{EVALUATE}.tables": {*RUN, EVALUATE},
+    f"{EVALUATE}.report": {*RUN, EVALUATE, f"{EVALUATE}.tables"},
+    f"{EVALUATE}.publish": {*RUN, EVALUATE, f"{EVALUATE}.tables", f"{EVALUATE}.report"},
+    "baselines.reproduce": {*RUN, f"{EVALUATE}.report", f"{EVALUATE}.publish"},
+    "train": {*RUN, EVALUATE, f"{EVALUATE}.report"},
+    "train.sb3": {*RUN, "train"},
+    "train.rllib": {*RUN, "train"},
+}
+"""What each room may import, besides itself. In ``baselines.evaluate`` and ``train``, whose modules
+stand on both sides of their folders, arrows are checked module by module: there is no circle."""
+OPEN = {"baselines", EVALUATE, "train"}
+"""Rooms whose own modules are rooms of their own where circles are looked for."""
 
 ONLY_IN = {
-    "pymunk": {"asv_env/basin.py"},
-    "pygame": {"asv_env/render.py"},
+    "pymunk": {"asv_env/physics/"},
+    "pygame": {"asv_env/render/"},
     "stable_baselines3": {
-        "asv_env/sb3_env.py",
-        "baselines/sb3_policy.py",
-        "train/networks.py",
-        "train/ppo.py",
-        "train/rollouts.py",
-        "train/worlds.py",
+        "asv_env/envs/sb3.py",
+        "baselines/learned/sb3_policy.py",
+        "train/sb3/",
     },
-    "ray": {"train/rllib.py"},
+    "ray": {"train/rllib/"},
     "torch": {
-        "asv_env/sb3_env.py",
-        "train/export.py",
+        "asv_env/envs/sb3.py",
+        "train/actors.py",
         "train/imitation.py",
-        "train/networks.py",
-        "train/perceptron.py",
-        "train/ppo.py",
-        "train/rollouts.py",
-        "train/rllib.py",
+        "train/sb3/",
+        "train/rllib/",
     },
+    "argparse": set(),
 }
+"""Places of libraries: folders, which end in "/", and files."""
+
+
+def files(*packages):
+    """{name: path} of the Python files of packages."""
+    paths = [path for name in packages for path in (ROOT / name).rglob("*.py")]
+    return {path.relative_to(ROOT).as_posix(): path for path in paths}
+
+
+SOURCE = files("asv_env", "baselines", "train")
+PATHS = {
+    name.removesuffix(".py").removesuffix("/__init__").replace("/", "."): path
+    for name, path in SOURCE.items()
+}
+"""{dotted name: path} of all modules and packages."""
 
 
 def imported(path):
-    """Dotted names that a file imports, wherever in it, relative ones made absolute."""
+    """Dotted names of the modules that a file imports, wherever in it."""
     package = path.relative_to(ROOT).parent.parts
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -53,70 +98,91 @@ def imported(path):
         elif isinstance(node, ast.ImportFrom):
             base = package[: len(package) - node.level + 1] if node.level else ()
             module = ".".join((*base, *filter(None, [node.module])))
-            names |= {module, *(f"{module}.{alias.name}" for alias in node.names)}
+            found = {f"{module}.{alias.name}" for alias in node.names}
+            names |= {name if name in PATHS else module for name in found}
     return names
 
 
-def files(package):
-    return {path.relative_to(ROOT).as_posix(): path for path in (ROOT / package).rglob("*.py")}
+GRAPH = {module: imported(path) & set(PATHS) - {module} for module, path in PATHS.items()}
+
+
+def room(module):
+    """The room in which a module lies: the longest one whose name begins its own."""
+    rooms = [name for name in ROOMS if f"{module}.".startswith(f"{name}.")]
+    return max(rooms, key=len, default=module)
 
 
 def roots(path):
     return {name.split(".")[0] for name in imported(path)}
 
 
-def modules():
-    """{module: modules it imports} of asv_env, by short names, without the package itself."""
-    paths = {Path(name).stem: path for name, path in files("asv_env").items()}
-    graph = {
-        name: {part[1] for dotted in imported(path) if (part := dotted.split("."))[0] == "asv_env"
-               and len(part) > 1 and part[1] in paths}
-        for name, path in paths.items()
-    }  # fmt: skip
-    return {name: graph[name] for name in graph if name != "__init__"}
+def test_rooms_exist():
+    assert {name for name in ROOMS if name not in PATHS} == set()
 
 
-def layer(module):
-    """How far above the ground a module stands."""
-    return next((i for i, names in enumerate(LAYERS) if module in names), len(LAYERS))
+@pytest.mark.parametrize("name", ROOMS)
+def test_room_imports_only_what_lies_below_it(name):
+    inside = [module for module in PATHS if room(module) == name]
+    arrows = {room(target) for module in inside for target in GRAPH[module]} - {name}
+    if name in OPEN:
+        arrows = {arrow for arrow in arrows if not arrow.startswith(f"{name}.")}
+    assert arrows <= ROOMS[name]
 
 
-def test_layers_name_modules_that_exist():
-    assert set().union(*LAYERS) <= set(modules())
-
-
-@pytest.mark.parametrize("module", sorted(modules()))
-def test_module_imports_nothing_from_above(module):
-    assert {name for name in modules()[module] if layer(name) > layer(module)} == set()
-
-
-def test_modules_do_not_import_in_circles():
+def circle(graph):
     try:
-        list(TopologicalSorter(modules()).static_order())
+        list(TopologicalSorter(graph).static_order())
     except CycleError as error:
-        pytest.fail(f"modules import each other: {error.args[1]}")
+        return error.args[1]
+    return None
 
 
-@pytest.mark.parametrize("package", ["asv_env", "baselines", "train"])
+def test_files_do_not_import_in_circles():
+    assert circle(GRAPH) is None
+
+
+def test_folders_do_not_import_in_circles():
+    """Modules that lie directly in a package of packages count as rooms of their own."""
+
+    def place(module):
+        return module if room(module) in OPEN else room(module)
+
+    folders = {}
+    for module, targets in GRAPH.items():
+        folders.setdefault(place(module), set()).update(map(place, targets))
+    assert circle({name: targets - {name} for name, targets in folders.items()}) is None
+
+
+def test_a_module_name_occurs_once():
+    names = Counter(path.stem for path in SOURCE.values())
+    repeated = {name for name, count in names.items() if count > 1}
+    assert repeated == {"__init__", "__main__"}
+
+
 @pytest.mark.parametrize("library", ONLY_IN)
-def test_library_is_used_only_where_it_belongs(package, library):
-    users = {name for name, path in files(package).items() if library in roots(path)}
-    assert users <= ONLY_IN[library]
+def test_library_is_used_only_where_it_belongs(library):
+    users = {name for name, path in SOURCE.items() if library in roots(path)}
+    assert {user for user in users if not user.startswith(tuple(ONLY_IN[library]))} == set()
 
 
-def test_the_kernel_is_found_to_use_pymunk():
-    assert "pymunk" in roots(ROOT / "asv_env/basin.py")
+def test_pymunk_is_found_where_it_is_used():
+    assert "pymunk" in roots(ROOT / "asv_env/physics/basin.py")
 
 
-def test_core_knows_nothing_of_the_interfaces():
-    for module in set().union(*LAYERS):
-        libraries = roots(ROOT / f"asv_env/{module}.py")
-        assert not libraries & {"gymnasium", "pettingzoo", "matplotlib", "imageio", "tqdm"}
+def test_no_file_is_long():
+    lines = {
+        name: path.read_text().count("\n")
+        for name, path in files("asv_env", "baselines", "train", "benchmarks").items()
+    }
+    assert {name for name, count in lines.items() if count > 400} == set()
 
 
-def test_environment_knows_nothing_of_policies_and_training():
-    for path in files("asv_env").values():
-        assert not roots(path) & {"baselines", "train", "tests"}
+def test_core_needs_only_its_declared_libraries():
+    core = WORLD - {"asv_env", "asv_env.envs", "asv_env.render"}
+    allowed = {"asv_env", "numpy", "scipy", "pymunk", *sys.stdlib_module_names}
+    for module, path in PATHS.items():
+        if room(module) in core:
+            assert roots(path) <= allowed, module
 
 
 def test_policies_know_nothing_of_training():
@@ -124,26 +190,15 @@ def test_policies_know_nothing_of_training():
         assert not roots(path) & {"train", "tests", "ray"}
 
 
-def test_core_needs_only_its_declared_libraries():
-    allowed = {"asv_env", "numpy", "scipy", "pymunk", *sys.stdlib_module_names}
-    for module in set().union(*LAYERS):
-        assert roots(ROOT / f"asv_env/{module}.py") <= allowed
-
-
 def test_no_module_draws_from_a_global_generator():
-    for package in ("asv_env", "baselines"):
-        for path in files(package).values():
-            names = {
-                f"{node.value.value.id}.{node.value.attr}.{node.attr}"
-                for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-                if isinstance(node, ast.Attribute)
-                and isinstance(node.value, ast.Attribute)
-                and isinstance(node.value.value, ast.Name)
-            }
-            drawn = {name for name in names if name.startswith("np.random.")}
-            assert drawn <= {
-                "np.random.Generator",
-                "np.random.default_rng",
-                "np.random.SeedSequence",
-            }
-            assert "random" not in roots(path)
+    for path in files("asv_env", "baselines").values():
+        names = {
+            f"{node.value.value.id}.{node.value.attr}.{node.attr}"
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            if isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Attribute)
+            and isinstance(node.value.value, ast.Name)
+        }
+        drawn = {name for name in names if name.startswith("np.random.")}
+        assert drawn <= {"np.random.Generator", "np.random.default_rng", "np.random.SeedSequence"}
+        assert "random" not in roots(path)
