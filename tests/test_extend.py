@@ -1,0 +1,138 @@
+"""What docs/extend.md shows works through every adapter, in the evaluation and in training."""
+
+import importlib
+import re
+import sys
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import asv_env
+from asv_env import make_params
+from asv_env.sensing.observation import NAMES
+
+PAGE = (Path(__file__).parents[1] / "docs/extend.md").read_text()
+PIECES = re.findall(r"```python file=mine.py\n(.*?)```", PAGE, re.DOTALL)
+OPTIONS = {
+    "reward": {"task": "mine:STEADY"},
+    "initial states": {"task": "mine:ROW"},
+    "task": {"task": "mine:TURN"},
+    "observation": {"observation": "ALONE"},
+    "feature": {"observation": "TIMED"},
+    "scenario": {"scenario": "mine:MURKY"},
+    "hull": {"vessel": "mine:LONG"},
+}
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """The module ``mine`` of the page, in the current folder."""
+    (tmp_path / "mine.py").write_text("\n".join(PIECES))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "mine", raising=False)
+    return importlib.import_module("mine")
+
+
+def options(name, mine):
+    given = dict(OPTIONS[name])
+    if "observation" in given:
+        given["observation"] = getattr(mine, given["observation"])
+    return given
+
+
+def test_every_piece_is_short():
+    assert len(PIECES) == 6
+    assert all(len(piece.splitlines()) <= 30 for piece in PIECES)
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_it_works_through_every_adapter(name, mine):
+    given = options(name, mine)
+    joint = gym.make("asv_env/Transport-v0", **given)
+    observation, _ = joint.reset(seed=3)
+    action = np.full(joint.action_space.shape, 0.5, dtype=np.float32)
+    seen, reward, _, _, info = joint.step(action)
+    assert joint.observation_space.contains(seen)
+
+    vector = gym.make_vec("asv_env/Transport-v0", num_envs=2, **given)
+    np.testing.assert_array_equal(vector.reset(seed=3)[0][0], observation)
+    assert vector.step(np.stack([action, action]))[1][0] == reward
+
+    parallel = asv_env.parallel_env(**given)
+    parallel.reset(seed=3)
+    stepped = parallel.step(dict(zip(parallel.agents, action, strict=True)))
+    np.testing.assert_array_equal(list(stepped[0].values()), seen)
+
+    boats = asv_env.BoatVecEnv(num_envs=2, **given)
+    boats.seed(3)
+    np.testing.assert_array_equal(boats.reset()[:4], observation)
+    rows = boats.step(np.concatenate([action, action]))
+    assert boats.observation_space.contains(rows[0][0])
+    if name == "reward":
+        assert "turning" in info["reward_terms"]
+
+
+def test_the_reward_term_is_paid(mine):
+    env = gym.make("asv_env/Push-v0", task=mine.STEADY)
+    env.reset(seed=0)
+    one_sided = np.zeros((4, 2), dtype=np.float32)
+    one_sided[1, 0] = 1.0
+    for _ in range(10):
+        _, reward, _, _, info = env.step(one_sided)
+    assert info["reward_terms"]["turning"] < 0
+    assert reward == pytest.approx(sum(info["reward_terms"].values()))
+
+
+def test_the_initial_states_are_those_of_the_function(mine):
+    env = gym.make("asv_env/Transport-v0", task=mine.ROW).unwrapped
+    env.reset(seed=0)
+    np.testing.assert_array_equal(env.simulation.state.motion[0, 1:, 1], -1.0)
+
+
+def test_the_task_ends_when_it_is_done(mine):
+    env = gym.make("asv_env/Transport-v0", task=mine.TURN, goal=(1.0, 0.0, 0.05)).unwrapped
+    env.reset(seed=0)
+    *_, terminated, _, info = env.step(np.zeros((4, 2), dtype=np.float32))
+    assert terminated
+    assert info["is_success"]
+    assert env.params.task.time_limit == 60.0
+    assert set(info["reward_terms"]) >= {"heading", "success"}
+
+
+def test_the_observation_lacks_its_neighbours(mine):
+    plain = gym.make("asv_env/Push-v0").reset(seed=0)[0]
+    alone = gym.make("asv_env/Push-v0", observation=mine.ALONE).reset(seed=0)[0]
+    kept = [k for k, name in enumerate(NAMES) if not name.startswith("neighbour")]
+    np.testing.assert_array_equal(alone, plain[:, kept])
+    env = gym.make("asv_env/Push-v0", observation=mine.TIMED)
+    env.reset(seed=0)
+    assert env.step(np.zeros((4, 2), dtype=np.float32))[0][0, -1] == np.float32(0.001)
+
+
+def test_what_is_registered_has_a_name(mine, monkeypatch):
+    for registry in (asv_env.TASKS, asv_env.SCENARIOS, asv_env.HULLS):
+        monkeypatch.setattr(registry, "_entries", dict(registry._entries))
+    asv_env.TASKS.register("steady", mine.STEADY)
+    asv_env.SCENARIOS.register("murky", mine.MURKY)
+    asv_env.HULLS.register("long", mine.LONG)
+    params = make_params("steady", scenario="murky", vessel="long")
+    assert params.definition is mine.STEADY
+    assert params.sensors.position_noise == 0.03
+    assert params.vessel.length == 0.6
+    for registry in (asv_env.TASKS, asv_env.SCENARIOS, asv_env.HULLS):
+        with pytest.raises(ValueError, match="already"):
+            registry.register(next(iter(registry)), {"another": {}})
+
+
+def test_unknown_names_are_refused_with_the_nearest(mine):
+    with pytest.raises(ValueError, match="Did you mean 'transport'"):
+        make_params("transpor")
+    with pytest.raises(ValueError, match="no attribute 'STEADI'"):
+        make_params("mine:STEADI")
+    with pytest.raises(ValueError, match="Did you mean 'slot'"):
+        make_params(observation=["slott"])
+    with pytest.raises(TypeError, match="name of a task"):
+        make_params(task={})
