@@ -1,7 +1,7 @@
 """What is to be done: initial states, reward, termination, metrics.
 
 ``task`` says what a task is; ``approach``, ``push`` and ``transport`` are the built-in ones, made of
-the functions in ``starts``, ``reward``, ``termination``, ``failures`` and ``metrics``.
+the functions in ``starts``, ``reward``, ``termination`` and ``metrics``.
 ``formation`` relates vessel, boats, slots and goal.
 """
 
@@ -9,7 +9,7 @@ from asv_env.registry import Registry
 from asv_env.tasks.approach import APPROACH
 from asv_env.tasks.push import PUSH
 from asv_env.tasks.reward import Term, Transition
-from asv_env.tasks.task import Failure, InitialStates, Metric, Task
+from asv_env.tasks.task import InitialStates, Metric, Task
 from asv_env.tasks.transport import TRANSPORT
 
 TASKS: Registry[Task] = Registry("task", {task.name: task for task in (APPROACH, PUSH, TRANSPORT)})
@@ -20,7 +20,6 @@ __all__ = [
     "PUSH",
     "TASKS",
     "TRANSPORT",
-    "Failure",
     "InitialStates",
     "Metric",
     "Task",

@@ -1,10 +1,9 @@
 """Approach: boats anywhere round the vessel occupy all slots for a second."""
 
-from asv_env.tasks.failures import GRASP_NOT_HELD, NO_CLOSURE, STRAYED
 from asv_env.tasks.reward import Term, success, without
 from asv_env.tasks.starts import scattered
 from asv_env.tasks.task import Task
-from asv_env.tasks.termination import slots_occupied
+from asv_env.tasks.termination import slots_occupied, why_not_grasped
 
 APPROACH = Task(
     name="approach",
@@ -14,7 +13,7 @@ APPROACH = Task(
         for term in without("delivery", "precision")
     ),
     success=slots_occupied,
-    failures=(STRAYED, NO_CLOSURE, GRASP_NOT_HELD),
+    cause=why_not_grasped,
     not_applicable=(
         *("goal_x", "goal_y", "goal_heading", "position_error", "heading_error"),
         *("min_position_error", "heading_error_at_min", "time_to_goal", "path_length_ratio"),

@@ -32,17 +32,8 @@ Success = Callable[[Relations, State, Complex, EnvParams], Bool]
 """(W,) whether the task is done, from the true relations and state and the water's velocity."""
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A cause of failure.
-
-    Attributes:
-        name: Name in tables.
-        applies: Function of an episode's summary (see ``metrics.summary``) and the parameters.
-    """
-
-    name: str
-    applies: Callable[[Mapping[str, Any], EnvParams], bool]
+Cause = Callable[[Mapping[str, Any], EnvParams], str]
+"""Cause of the failure of an episode, from its ``metrics.summary`` and the parameters."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +58,7 @@ class Task:
         initial_states: Distribution of initial states.
         reward: Table of reward terms.
         success: Whether the task is done.
-        failures: Causes of failure; the first that applies is reported.
+        cause: Why an episode failed, as tables name it.
         metrics: Metrics of the task's own.
         not_applicable: Columns of an episode's row that mean nothing for this task.
         time_limit: Time limit for a vessel of nominal length, s.
@@ -80,7 +71,7 @@ class Task:
     initial_states: InitialStates
     reward: tuple[Term, ...]
     success: Success
-    failures: tuple[Failure, ...]
+    cause: Cause
     metrics: tuple[Metric, ...] = ()
     not_applicable: tuple[str, ...] = ()
     time_limit: float = 180.0
@@ -91,8 +82,3 @@ class Task:
         names = [term.name for term in self.reward]
         if not names or len(set(names)) < len(names):
             raise ValueError(f"reward terms {names} of {self.name!r}: give one at least, each once")
-
-    def cause(self, summary: Mapping[str, Any], params: EnvParams) -> str:
-        """Returns the cause of failure of an episode, from its summary."""
-        causes = (failure.name for failure in self.failures if failure.applies(summary, params))
-        return next(causes, "not done")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from asv_env.params import EnvParams, TaskParams
@@ -61,3 +65,24 @@ def delivered(relations: Relations, water: Complex, task: TaskParams) -> Bool:
         & (np.abs(relations.yaw_rate[:, 0]) < task.yaw_rate_tolerance)
         & (nearing <= task.nearing_tolerance * relations.goal_error)
     )
+
+
+def why_not_grasped(summary: Mapping[str, Any], params: EnvParams) -> str:
+    """Returns why the slots were not occupied for long enough."""
+    del params
+    if summary["strayed"]:
+        return "strayed"
+    return "no closure" if math.isnan(summary["time_to_closure"]) else "grasp not held"
+
+
+def why_not_delivered(summary: Mapping[str, Any], params: EnvParams) -> str:
+    """Returns why the vessel was not delivered."""
+    if summary["strayed"]:
+        return "strayed"
+    if math.isnan(summary["time_to_closure"]):
+        return "no closure"
+    if summary["min_position_error"] > params.task.position_tolerance:
+        return "never near"
+    if abs(summary["heading_error_at_min"]) > params.task.heading_tolerance:
+        return "heading off"
+    return "not settled"
