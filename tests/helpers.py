@@ -16,6 +16,10 @@ SEEN = len(observation.NAMES)
 """Numbers that a boat observes."""
 DOWN = -np.pi / 2
 """Heading of a boat that pushes the vessel from its +n side."""
+AHEAD, OFF = (1.0, 1.0), (0.0, 0.0)
+"""Commands of both thrusters: full ahead, and off."""
+VESSEL, BOAT = 0, 1
+"""Rows of the vessel and the first boat."""
 
 
 def open_water(num_boats=2, rate=50, control=None, **options):
@@ -36,6 +40,11 @@ def open_water(num_boats=2, rate=50, control=None, **options):
         "time_limit": 1e5,
     }
     return make_params("push", num_boats, **{**free, **options})
+
+
+def dragless(**options):
+    """Parameters of open water without drag."""
+    return open_water(**{"boat": NO_DRAG, "vessel": NO_VESSEL_DRAG, **options})
 
 
 def bodies(vessel=(), *boats):
@@ -81,13 +90,13 @@ class World:
 
 
 def begin_at(sim, motions, mask=None, **start):
-    """Resets a simulation's worlds to given motions (n, B, 6), with other fields of ``InitialState``."""
-    draw, waiting = starts.sample, iter(motions)
+    """Resets worlds to given motions (n, B, 6) and other fields of ``InitialState``."""
+    sample, waiting = starts.sample, iter(motions)
 
-    def drawn(params, rng, goal=None):
-        return replace(draw(params, rng, goal), motion=np.array(next(waiting)), **start)
+    def given(params, rng, goal=None):
+        return replace(sample(params, rng, goal), motion=np.array(next(waiting)), **start)
 
-    with mock.patch.object(sim, "_initial_states", drawn):
+    with mock.patch.object(sim, "_initial_states", given):
         return sim.reset(mask, seeds=[0] * len(motions))
 
 
@@ -115,6 +124,13 @@ def kinetic_energy(params, motion):
     return 0.5 * (mass * squares + inertia * motion[..., 5] ** 2).sum(axis=-1)
 
 
+def terminal(force, linear, quadratic):
+    """Speed at which (linear + quadratic v) v balances a force."""
+    if quadratic == 0:
+        return force / linear
+    return (np.sqrt(linear**2 + 4 * quadratic * force) - linear) / (2 * quadratic)
+
+
 def turned(motion, angle, shift=0j):
     """Motions or poses (..., 3 or 6) of a world turned about its origin, then moved."""
     moved = np.array(motion, dtype=float)
@@ -127,5 +143,5 @@ def turned(motion, angle, shift=0j):
 
 
 def copied(record):
-    """A record whose arrays stay what they are while the simulation goes on."""
+    """A record whose arrays stay what they are while the simulation continues."""
     return type(record)(**{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
