@@ -38,6 +38,11 @@ def plane(array: Float, first: int = 0) -> Complex:
     return pair
 
 
+def xy(points: Complex) -> Float:
+    """Returns complex numbers x + iy (...) as x, y (..., 2): the inverse of ``plane``."""
+    return np.stack([points.real, points.imag], axis=-1)
+
+
 def mirrored(pose: Float, side: Float) -> Float:
     """Returns poses (W, 3) or motions (W, B, 6), mirrored at the x axis where ``side`` is -1."""
     signs = np.ones((len(side), pose.shape[-1]))

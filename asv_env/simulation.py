@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.geometry import plane, wrap
+from asv_env.geometry import plane, wrap, xy
 from asv_env.params import EnvParams
 from asv_env.physics.dynamics import Dynamics
 from asv_env.sensing import observation
@@ -343,7 +343,7 @@ class Simulation:
     def current(self, position: Float) -> Float:
         """Returns the velocity (..., 2) of the water at positions (..., 2) of a world, m/s."""
         flow = self._dynamics.current(plane(np.ascontiguousarray(position, dtype=np.float64)))
-        return np.stack([flow.real, flow.imag], axis=-1)
+        return xy(flow)
 
 
 def _relations(state: State) -> Relations:

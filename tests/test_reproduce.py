@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asv_env import Simulation, make_params
-from asv_env.geometry import wrap
+from asv_env.geometry import wrap, xy
 from asv_env.render.outlines import outline
 from asv_env.tasks import formation
 from baselines.evaluate import statistics
@@ -439,7 +439,7 @@ def test_every_boat_has_a_colour_of_its_own():
 def test_poses_seen_from_a_frame():
     frame, pose = np.array([0.3, -0.2, 2.0]), np.array([0.1, 0.4, -1.5])
     seen = single_runs.in_frame(pose, frame)
-    point = sketch.pairs(np.array([seen[0] + 1j * seen[1]]) * np.exp(2j)) + frame[:2]
+    point = xy(np.array([seen[0] + 1j * seen[1]]) * np.exp(2j)) + frame[:2]
     np.testing.assert_allclose(point[0], pose[:2])
     assert wrap(seen[2] + 2.0) == pytest.approx(-1.5)
 

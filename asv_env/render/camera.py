@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from asv_env.geometry import xy
 from asv_env.params import EnvParams, HullParams
 from asv_env.types import Complex, Float, Int
 
@@ -50,7 +51,7 @@ class Camera:
     def pixels(self, points: Complex) -> Float:
         """Pixels (..., 2) of points (...) of the world."""
         seen = ((points - self.centre) * self.scale).conj() + self.middle
-        return np.stack([seen.real, seen.imag], axis=-1)
+        return xy(seen)
 
     def points(self, pixels: Float) -> Complex:
         """Points (...) of the world behind pixels (..., 2)."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from asv_env.geometry import xy
 from asv_env.params import HullParams
 from asv_env.types import Complex, Float
 
@@ -18,8 +19,7 @@ def placed(shape: Complex | Float, pose: Float) -> Complex:
 
 def outline(hull: HullParams, pose: Float) -> Float:
     """Returns the corners (..., n, 2) of hulls at poses (..., 3), m."""
-    points = placed(vertices(hull.outline), pose)
-    return np.stack([points.real, points.imag], axis=-1)
+    return xy(placed(vertices(hull.outline), pose))
 
 
 def vertices(corners: Sequence[tuple[float, float]]) -> Complex:

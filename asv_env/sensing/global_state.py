@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asv_env.geometry import direction
+from asv_env.geometry import direction, xy
 from asv_env.params import EnvParams
 from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.tasks.termination import hold_ticks
@@ -61,7 +61,7 @@ def _motion(motion: Float, params: EnvParams) -> Float:
 def _slots(state: State, params: EnvParams) -> Float:
     """Returns slots in the vessel's frame; that of a failed boat may lie anywhere in the arena."""
     slot = state.slot / params.task.arena
-    return np.stack([slot.real, slot.imag], axis=-1)
+    return xy(slot)
 
 
 def _task(state: State, params: EnvParams) -> Float:

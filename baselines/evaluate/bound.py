@@ -17,7 +17,7 @@ from functools import lru_cache
 import numpy as np
 
 from asv_env.checks import choice
-from asv_env.geometry import plane
+from asv_env.geometry import plane, xy
 from asv_env.params import EnvParams
 from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
@@ -76,7 +76,7 @@ def least_time(params: EnvParams, start: InitialState) -> float:
     """Least time of one episode, s."""
     boats = plane(start.motion)[1:]
     half = np.array([params.vessel.length, params.vessel.width]) / 2
-    beside = np.maximum(np.abs(np.stack([boats.real, boats.imag], axis=-1)) - half, 0.0)
+    beside = np.maximum(np.abs(xy(boats)) - half, 0.0)
     hull = np.hypot(params.boat.length, params.boat.width) / 2
     way = max(0.0, float(np.hypot(*beside.T).min()) - hull)
     distance = float(np.hypot(*(start.goal[:2] - start.motion[0, :2])))

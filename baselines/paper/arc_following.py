@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from asv_env.geometry import direction
+from asv_env.geometry import direction, xy
 from asv_env.params import TINY
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool
 from baselines.paper import pushing, two_arc
 from baselines.paper.paper_gains import IN_RANGE, PaperGains
 from baselines.paper.paper_memory import Memory
-from baselines.paper.steering import Steering, as_pairs
+from baselines.paper.steering import Steering
 
 CURVATURES = (1e-6, 1e3)
 """Bounds of the curvature, 1/m: the centre of a straight is far away, a turn on the spot a small
@@ -19,7 +19,7 @@ circle."""
 
 
 def plan_arcs(relations: Relations, new: Bool, alpha1: float, memory: Memory) -> None:
-    """Plan the two arcs (Eqs 9-15) of the worlds that are new to the push, from where they are.
+    """Plans the two arcs (Eqs 9-15) of the worlds that are new to the push, from where they are.
 
     Args:
         relations: of all worlds.
@@ -41,7 +41,7 @@ def plan_arcs(relations: Relations, new: Bool, alpha1: float, memory: Memory) ->
 
 
 def follow_arcs(relations: Relations, memory: Memory) -> None:
-    """Switch to the second arc past the end of the first, and the motors off near the goal."""
+    """Switches to the second arc past the end of the first, and the motors off near the goal."""
     position = relations.position[:, 0]
     centre, rho = memory.centre[:, 0], memory.rho[:, 0]
     turned = np.angle((position - centre) * (memory.last_position - centre).conj())
@@ -54,7 +54,7 @@ def follow_arcs(relations: Relations, memory: Memory) -> None:
 def push_steering(
     relations: Relations, memory: Memory, mean_speed: float, half_length: float, gains: PaperGains
 ) -> Steering:
-    """Steer round the centre of the circle, at the speeds of Eq (16).
+    """Steers round the centre of the circle, at the speeds of Eq (16).
 
     The inner boats keep their places along the hull, and by the difference of their speeds turn
     the vessel's axis to the centre. Each end boat keeps abreast of the vessel on the planned
@@ -70,7 +70,7 @@ def push_steering(
     world = np.arange(len(memory.arc))
     centre, rho = memory.centre[world, memory.arc], memory.rho[world, memory.arc][:, None]
     boats, vessel = relations.position[:, 1:], relations.position[:, :1]
-    speed = pushing.speeds(as_pairs(boats), as_pairs(centre[:, None]), as_pairs(vessel), mean_speed)
+    speed = pushing.speeds(xy(boats), xy(centre[:, None]), xy(vessel), mean_speed)
     from_centre = (relations.position - centre[:, None]) * relations.heading[:, :1].conj()
     axis_error = np.angle(-np.sign(rho) * from_centre[:, :1])
     target = memory.target.real

@@ -15,7 +15,7 @@ from baselines.paper.inputs import finite, finite_poses, not_negative
 
 
 def advance(pose: ArrayLike, curvature: ArrayLike, distance: ArrayLike) -> Float:
-    """Drive a vessel along one arc.
+    """Drives a vessel along one arc.
 
     Args:
         pose: (..., 3) m, m, rad.
@@ -77,7 +77,7 @@ class ArcPath:
             object.__setattr__(self, name, np.broadcast_to(array, batch + array.shape[-1:]))
 
     def __getitem__(self, index: Any) -> ArcPath:
-        """Select along the leading axes, e.g. the paths of some worlds."""
+        """Selects along the leading axes, e.g. the paths of some worlds."""
         index = index if isinstance(index, tuple) else (index,)
         if any(i is Ellipsis for i in index):
             raise ValueError("index the leading axes only, without an ellipsis")
@@ -121,7 +121,7 @@ class ArcPath:
         return np.where(straight[..., None], np.inf, centres)
 
     def pose_at(self, s: ArrayLike) -> Float:
-        """Return the poses (..., 3) m, m, rad at the distances s (...) m, clipped to the path.
+        """Returns the poses (..., 3) m, m, rad at the distances s (...) m, clipped to the path.
 
         s broadcasts against the leading axes as NumPy does: for 20 distances on each of 256
         paths, s (20, 256), or s (256, 20) on `path[:, None]`.
@@ -133,13 +133,13 @@ class ArcPath:
         return pose
 
     def segment_at(self, s: ArrayLike) -> NDArray[np.intp]:
-        """Return the segment (...) at the distance s (...) m; a joint belongs to the next one."""
+        """Returns the segment (...) at the distance s (...) m; a joint belongs to the next one."""
         s = self._distances(s)
         joints = np.moveaxis(np.cumsum(self.length[..., :-1], axis=-1), -1, 0)
         return sum((s >= joint for joint in joints), np.zeros(s.shape, dtype=np.intp))
 
     def curvature_at(self, s: ArrayLike) -> Float:
-        """Return the curvature (...) 1/m at the distance s (...) m; see `segment_at`."""
+        """Returns the curvature (...) 1/m at the distance s (...) m; see `segment_at`."""
         return self.curvature.take(self._flat_segment_at(s))
 
     @cached_property
@@ -150,7 +150,7 @@ class ArcPath:
         return np.concatenate(columns, axis=-1).reshape(-1, 5)
 
     def _flat_segment_at(self, s: ArrayLike) -> NDArray[np.intp]:
-        """Return `segment_at`, counted over the segments of all paths (...)."""
+        """Returns `segment_at`, counted over the segments of all paths (...)."""
         first = np.arange(0, self.length.size, self.length.shape[-1])
         flat: NDArray[np.intp] = first.reshape(self.length.shape[:-1]) + self.segment_at(s)
         return flat
@@ -168,7 +168,7 @@ class ArcPath:
 
 
 def pick(paths: ArcPath, index: ArrayLike) -> ArcPath:
-    """Choose one path along the first axis of `paths` (m, ...) for each entry of `index` (...)."""
+    """Chooses one path along the first axis of `paths` (m, ...) for each entry of `index` (...)."""
     chosen = np.asarray(index)[None, ..., None]
     start, curvature, length = (
         np.take_along_axis(array, chosen, axis=0)[0]

@@ -63,7 +63,7 @@ def simulate(
     stop_radius: float = 0.01,
     unit_speed: bool = False,
 ) -> tuple[Float, Float, Float]:
-    """Follow a swarm by the Euler-Maruyama scheme, with white noise on either or both variables.
+    """Follows a swarm by the Euler-Maruyama scheme, with white noise on either or both variables.
 
     An agent within stop_radius has arrived and stays. The turn direction D is that of the shorter
     path to pi/2 from the start; above the target it is determined again at each step, as an agent

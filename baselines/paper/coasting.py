@@ -17,7 +17,7 @@ LARGEST_EXPONENT = 100.0
 
 
 def coasting_speed(hull: HullParams, distance: ArrayLike) -> Float:
-    """Return the sideways speeds (...) m/s from which a hull coasts distances (...) m to rest."""
+    """Returns the sideways speeds (...) m/s from which a hull coasts distances (...) m to rest."""
     linear, quadratic = hull.sway
     distance = np.asarray(distance, dtype=np.float64)
     if quadratic == 0:
@@ -27,7 +27,7 @@ def coasting_speed(hull: HullParams, distance: ArrayLike) -> Float:
 
 
 def coasting_distance(hull: HullParams, speed: ArrayLike) -> Float:
-    """Return the distances (...) m that a hull coasts to rest from sideways speeds (...) m/s."""
+    """Returns the distances (...) m that a hull coasts to rest from sideways speeds (...) m/s."""
     linear, quadratic = hull.sway
     speed = np.asarray(speed, dtype=np.float64)
     if quadratic == 0:

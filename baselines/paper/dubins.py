@@ -45,7 +45,7 @@ def shortest(goal: ArrayLike, min_radius: ArrayLike) -> ArcPath:
 
 
 def length(goal: ArrayLike, min_radius: ArrayLike) -> Float:
-    """Return the length (...) m of the shortest path to `goal` (..., 3); see `shortest`."""
+    """Returns the length (...) m of the shortest path to `goal` (..., 3); see `shortest`."""
     return shortest(goal, min_radius).total_length
 
 

@@ -9,7 +9,7 @@ from asv_env.types import Bool, Float
 
 
 def numbers(name: str, value: ArrayLike) -> Float:
-    """Return `value` as float64 array, NaN and infinity included; TypeError if it is none."""
+    """Returns `value` as float64 array, NaN and infinity included; TypeError if it is none."""
     try:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -17,28 +17,28 @@ def numbers(name: str, value: ArrayLike) -> Float:
 
 
 def finite(name: str, value: ArrayLike) -> Float:
-    """Return `value` as float64 array; ValueError if an element is NaN or infinite."""
+    """Returns `value` as float64 array; ValueError if an element is NaN or infinite."""
     array = numbers(name, value)
     _refuse(array, ~np.isfinite(array), f"{name} must be finite", "replace NaN and infinity")
     return array
 
 
 def positive(name: str, value: ArrayLike) -> Float:
-    """Return `value` as float64 array; ValueError unless every element is finite and > 0."""
+    """Returns `value` as float64 array; ValueError unless every element is finite and > 0."""
     array = finite(name, value)
     _refuse(array, array <= 0, f"{name} must be positive", "use a value above 0")
     return array
 
 
 def not_negative(name: str, value: ArrayLike) -> Float:
-    """Return `value` as float64 array; ValueError unless every element is finite and >= 0."""
+    """Returns `value` as float64 array; ValueError unless every element is finite and >= 0."""
     array = finite(name, value)
     _refuse(array, array < 0, f"{name} must not be negative", "use 0 or a value above it")
     return array
 
 
 def turn_directions(name: str, value: ArrayLike) -> NDArray[np.int_]:
-    """Return turn directions D as integers; ValueError unless each is 0 or 1."""
+    """Returns turn directions D as integers; ValueError unless each is 0 or 1."""
     array = numbers(name, value)
     rule = f"{name} must be 0 (clockwise) or 1 (counter-clockwise)"
     _refuse(array, ~np.isin(array, (0, 1)), rule, "see turn_direction")
@@ -46,17 +46,17 @@ def turn_directions(name: str, value: ArrayLike) -> NDArray[np.int_]:
 
 
 def finite_points(name: str, value: ArrayLike) -> Float:
-    """Return `value` as finite points (..., 2): x, y in m."""
+    """Returns `value` as finite points (..., 2): x, y in m."""
     return _rows(name, finite(name, value), "x, y")
 
 
 def finite_poses(name: str, value: ArrayLike) -> Float:
-    """Return `value` as finite poses (..., 3): x, y in m, heading in rad."""
+    """Returns `value` as finite poses (..., 3): x, y in m, heading in rad."""
     return _rows(name, finite(name, value), "x, y, heading")
 
 
 def _refuse(array: Float, bad: Bool, rule: str, remedy: str) -> None:
-    """Raise ValueError with the rule, the first bad element and the remedy, if one is bad."""
+    """Raises ValueError with the rule, the first bad element and the remedy, if one is bad."""
     if np.any(bad):
         raise ValueError(f"{rule}, got {array[bad][0]}: {remedy}")
 

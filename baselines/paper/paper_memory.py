@@ -46,7 +46,7 @@ class Memory:
 
 
 def blank_memory(worlds: int, team: int) -> Memory:
-    """Return the memory at the start of episodes: no targets, no arcs, the wheels at rest."""
+    """Returns the memory at the start of episodes: no targets, no arcs, the wheels at rest."""
     return Memory(
         target=np.full((worlds, team), np.nan, dtype=np.complex128),
         turn_direction=np.zeros((worlds, team), dtype=np.int64),

@@ -88,7 +88,7 @@ class PaperPolicy:
         flip = np.where(sensed.side < 0, -1.0, 1.0)
         relations = self._assign_targets(sensed, flip, memory)
         new = sensed.closed & ~memory.pushing
-        if self._params.task.name != "approach" and new.any():
+        if self._params.definition.has_goal and new.any():
             plan_arcs(relations, new, self._alpha1, memory)
         follow_arcs(relations, memory)
         params, gains = self._params, self._gains
@@ -102,7 +102,7 @@ class PaperPolicy:
         return self._commands.action(relations, steering, flip, memory), memory
 
     def _assign_targets(self, sensed: Sensed, flip: Float, memory: Memory) -> Relations:
-        """Assign targets to boats, and D to boats whose target is new.
+        """Assigns targets to boats, and D to boats whose target is new.
 
         Returns:
             Relations to these targets, of worlds mirrored where the team pushes from -n.

@@ -6,8 +6,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from asv_env.geometry import xy
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Complex, Float, Int
+from asv_env.types import Bool, Float, Int
 from baselines.paper import braitenberg
 from baselines.paper.paper_gains import PaperGains
 from baselines.paper.paper_memory import Memory
@@ -32,7 +33,7 @@ class Steering:
 
 
 def choose(condition: Bool, one: Steering, other: Steering) -> Steering:
-    """Return the one steering where the condition (W, 1) holds, the other elsewhere."""
+    """Returns the one steering where the condition (W, 1) holds, the other elsewhere."""
     names = [field.name for field in fields(Steering)]
     return Steering(*(np.where(condition, getattr(one, n), getattr(other, n)) for n in names))
 
@@ -40,7 +41,7 @@ def choose(condition: Bool, one: Steering, other: Steering) -> Steering:
 def approach_steering(
     relations: Relations, memory: Memory, time_left: Float, stop_radius: float, gains: PaperGains
 ) -> Steering:
-    """Steer along the spirals of Eq (2) at the speeds of Eq (7).
+    """Steers along the spirals of Eq (2) at the speeds of Eq (7).
 
     Boats within the stop radius of their targets wait and point at the hull.
 
@@ -59,13 +60,8 @@ def approach_steering(
         max_speed=gains.max_speed,
     )
     turn_direction = braitenberg.updated_turn_direction(
-        as_pairs(relations.boat), as_pairs(memory.target), memory.turn_direction
+        xy(relations.boat), xy(memory.target), memory.turn_direction
     )
     arrived = distance < stop_radius
     alpha, speed = np.where(arrived, np.pi / 2, alpha), np.where(arrived, 0.0, speed)
     return Steering(alpha, turn_direction, bearing_offset(alpha, gains.sigma), speed)
-
-
-def as_pairs(points: Complex) -> Float:
-    """Return complex points (...) as x, y (..., 2)."""
-    return np.stack([points.real, points.imag], axis=-1)

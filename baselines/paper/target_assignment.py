@@ -13,7 +13,7 @@ before the first) to targets (W, A); positions in the vessel's frame, m."""
 
 
 def nearest(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:
-    """Assign the targets with the least total distance, whatever the last ones were.
+    """Assigns the targets with the least total distance, whatever the last ones were.
 
     The paper re-attributes targets to the nearest boats at every tick. It does not say what
     happens where two targets have the same nearest boat. With the least total distance no two

@@ -117,7 +117,7 @@ def feasible(path: ArcPath, min_radius: ArrayLike) -> NDArray[np.bool_]:
 
 
 def reason(path: ArcPath, min_radius: ArrayLike) -> str | NDArray[np.str_]:
-    """Return why `path` is not feasible, "" where it is: one string, or an array (...)."""
+    """Returns why `path` is not feasible, "" where it is: one string, or an array (...)."""
     tightness, backwards = _tightness(path), _backwards(path)
     narrowest, straight = tightness.argmax(axis=-1), backwards.argmax(axis=-1)
     ok = feasible(path, min_radius)

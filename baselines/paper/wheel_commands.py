@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from asv_env.geometry import wrap
+from asv_env.geometry import wrap, xy
 from asv_env.params import TINY, EnvParams
 from asv_env.physics.autopilot import SCALE, Autopilot
 from asv_env.physics.thrusters import MIX
@@ -12,7 +12,7 @@ from asv_env.tasks.formation import Relations
 from asv_env.types import Action, Complex, Float
 from baselines.paper import braitenberg
 from baselines.paper.paper_memory import Memory
-from baselines.paper.steering import Steering, as_pairs
+from baselines.paper.steering import Steering
 
 
 class WheelCommands:
@@ -36,7 +36,7 @@ class WheelCommands:
     def action(
         self, relations: Relations, steering: Steering, flip: Float, memory: Memory
     ) -> Action:
-        """Return actions (W, A, 2) in units of a full action, and keep the wheel speeds.
+        """Returns actions (W, A, 2) in units of a full action, and keep the wheel speeds.
 
         Args:
             relations: of the team as if it pushed from the +n side.
@@ -57,19 +57,19 @@ class WheelCommands:
         return np.clip(action, -1.0, 1.0).astype(np.float32)
 
     def _tracked(self, bow: Complex, steering: Steering) -> Float:
-        """Return tracking actions (W, A, 2) that follow Eq (3)."""
+        """Returns tracking actions (W, A, 2) that follow Eq (3)."""
         desired = braitenberg.desired_heading(steering.alpha, steering.turn_direction, steering.phi)
         turn = wrap(desired - np.angle(bow))
         return np.stack([steering.speed, self._gain * turn], axis=-1) / SCALE
 
     def _coasting(self, velocity: Float) -> Float:
-        """Return tracking actions (W, A, 2) at which the motors of moving boats hardly run."""
+        """Returns tracking actions (W, A, 2) at which the motors of moving boats hardly run."""
         size = np.maximum(np.abs(velocity), TINY)
         demand = self._autopilot.demand_at_rest(size / SCALE)
         return velocity / SCALE * self._autopilot.gains * size / demand
 
     def _driven(self, bow: Complex, steering: Steering, velocity: Float, memory: Memory) -> Float:
-        """Return thruster commands (W, A, 2) for the wheel speeds of the last tick."""
+        """Returns thruster commands (W, A, 2) for the wheel speeds of the last tick."""
         arm = self._boat.lever_arm
         commanded = braitenberg.wheel_speeds(
             np.angle(bow),
@@ -84,6 +84,6 @@ class WheelCommands:
         left, right = applied[..., 0], applied[..., 1]
         wanted = np.stack([(left + right) / 2, (right - left) / (2 * arm)], axis=-1)
         demand = self._autopilot.demand_at_rest(wanted / SCALE) - self._autopilot.gains * velocity
-        thrust = as_pairs(MIX * (demand[..., 0] + 1j * demand[..., 1]))
+        thrust = xy(MIX * (demand[..., 0] + 1j * demand[..., 1]))
         full = self._boat.thrust * np.where(thrust < 0, self._boat.astern, 1.0)
         return thrust / full

@@ -64,7 +64,7 @@ class Options:
 
 
 def reproduce(options: Options) -> str:
-    """Make what is missing, write each artefact as soon as it is made, and return a summary.
+    """Makes what is missing, writes each artefact as soon as it is made, and returns a summary.
 
     Raises:
         ValueError: the record in the folder cannot be read.
@@ -102,7 +102,7 @@ def _make(missing: dict[str, Artefact], folder: OutputFolder, options: Options) 
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; exits with a message where something is wrong."""
+    """Runs the command line; exits with a message where something is wrong."""
     try:
         options = tyro.cli(Options, args=arguments, prog=PROGRAM)
         print(reproduce(options))

@@ -33,7 +33,7 @@ class Job:
     episodes: int
 
     def seeds(self, number: int) -> range:
-        """Return the seeds of the first ``number`` episodes."""
+        """Returns the seeds of the first ``number`` episodes."""
         return range(self.seed, self.seed + number)
 
 
@@ -54,11 +54,11 @@ class Artefact(ABC):
     needs: tuple[str, ...] = ()
 
     def files(self, name: str) -> list[str]:
-        """Return the names of its files."""
+        """Returns the names of its files."""
         return [name + suffix for suffix in self.suffixes]
 
     def shown(self, name: str) -> str:
-        """Return its files in Markdown: links, or the picture."""
+        """Returns its files in Markdown: links, or the picture."""
         return ", ".join(f"[{file}]({file})" for file in self.files(name))
 
     @property
@@ -67,14 +67,14 @@ class Artefact(ABC):
         return inspect.getdoc(self.make) or ""
 
     def build(self, name: str, job: Job, folder: Path) -> None:
-        """Make it from the studies in the folder, and write its files there."""
+        """Makes it from the studies in the folder, and writes its files there."""
         studies = [json.loads((folder / f"{need}.json").read_text()) for need in self.needs]
         with style.applied():
             self.save(self.make(job, *studies), folder / name)
 
     @abstractmethod
     def save(self, product: Any, stem: Path) -> None:
-        """Write what was made to files that differ in their suffixes."""
+        """Writes what was made to files that differ in their suffixes."""
 
 
 class Study(Artefact):
@@ -113,7 +113,7 @@ class Table(Artefact):
 
 
 def markdown(product: dict[str, Any]) -> str:
-    """Return a table as Markdown.
+    """Returns a table as Markdown.
 
     Args:
         product: ``rows``, mappings from the same columns to text, numbers or None; ``notes``.
@@ -126,7 +126,7 @@ def markdown(product: dict[str, Any]) -> str:
 
 
 def cell(value: Any) -> str:
-    """Return the text of a table's cell: numbers to three digits, a dash for None."""
+    """Returns the text of a table's cell: numbers to three digits, a dash for None."""
     if value is None:
         return "–"
     return f"{value:.3g}" if isinstance(value, float) else str(value)

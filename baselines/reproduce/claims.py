@@ -45,7 +45,7 @@ STATEMENTS = {
 
 
 def study(job: Job) -> dict[str, list[Values]]:
-    """Return the values of each claim: one comparison or several."""
+    """Returns the values of each claim: one comparison or several."""
     return {
         "equal mass": [equal_mass(job)],
         "re-attribution": [reattribution.compare(job)],
@@ -71,7 +71,7 @@ def table(job: Job, claims: dict[str, list[Values]]) -> dict[str, Any]:
 
 
 def equal_mass(job: Job) -> Values:
-    """Return the vessel's turn before closure, as heavy as all boats together or as one of them."""
+    """Returns the turn before closure of a vessel as heavy as all boats together, or as one."""
     equal = simulation("approach")
     light = simulation("approach", vessel={"mass": equal.boat.mass})
     values = {}
@@ -83,12 +83,12 @@ def equal_mass(job: Job) -> Values:
 
 
 def largest_turn(poses: Float) -> float:
-    """Return the largest turn, rad, of the vessel of a log (T, B, 3) from its first pose."""
+    """Returns the largest turn, rad, of the vessel of a log (T, B, 3) from its first pose."""
     return float(np.abs(wrap(poses[:, 0, 2] - poses[0, 0, 2])).max())
 
 
 def pivot(job: Job) -> Values:
-    """Return how far the boat at the pivot leaves its circle, in a narrow and in a wider turn."""
+    """Returns how far the boat at the pivot leaves its circle, in a narrow and in a wider turn."""
     narrow = float(formation.slots(experiment("push"), experiment("push").num_boats)[-1].real)
     values = {}
     for radius in (narrow, WIDER * narrow):
@@ -105,7 +105,7 @@ def pivot(job: Job) -> Values:
 
 
 def off_circle(log: PoseLog, radius: float, end: float) -> float:
-    """Return the largest distance, m, of the boat beyond the end from the circle of its slot.
+    """Returns the largest distance, m, of the boat beyond the end from the circle of its slot.
 
     Args:
         log: of a vessel that starts at the origin, on an arc about (radius, 0).
@@ -121,7 +121,7 @@ def off_circle(log: PoseLog, radius: float, end: float) -> float:
 
 
 def smallest_distance(log: PoseLog) -> float:
-    """Return the smallest distance of the vessel to its goal, cm."""
+    """Returns the smallest distance of the vessel to its goal, cm."""
     assert log.episode.min_position_error is not None
     return 100 * log.episode.min_position_error
 
@@ -133,7 +133,7 @@ MEASURES: dict[str, Callable[[PoseLog], float]] = {
 
 
 def missing_roles(job: Job, policy: str) -> Values:
-    """Return pushes with all boats at work, and with one of each role dead from the start."""
+    """Returns pushes with all boats at work, and with one of each role dead from the start."""
     whole, broken = experiment("push", scenario="mismatch"), one_boat_dead()
     seeds = job.seeds(job.episodes)
     all_boats = run(POLICIES[policy], whole, seeds, f"{policy}, all boats")
@@ -156,13 +156,13 @@ def missing_roles(job: Job, policy: str) -> Values:
 
 
 def one_boat_dead() -> EnvParams:
-    """Return pushes in which one boat, drawn by the seed, is dead from the start."""
+    """Returns pushes in which one boat, drawn by the seed, is dead from the start."""
     variation = {"failures": 1, "failure_time": FAILURE_TIME}
     return experiment("push", scenario="mismatch", variation=variation)
 
 
 def role_of_dead(params: EnvParams, seed: int) -> str:
-    """Return the role of the boat that dies in an episode of Push: "end" or "inner"."""
+    """Returns the role of the boat that dies in an episode of Push: "end" or "inner"."""
     start = starts.sample(params, np.random.default_rng(seed))
     boat = int(np.argmax(start.failure_tick))
     return "end" if abs(start.motion[1 + boat, 0]) > params.vessel.length / 2 else "inner"

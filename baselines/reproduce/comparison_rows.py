@@ -17,7 +17,7 @@ RATES = ("delivered", "closure reached")
 
 
 def describe(values: Sequence[float | None]) -> dict[str, float | None]:
-    """Return mean, standard deviation of the sample and median; None for too few values."""
+    """Returns mean, standard deviation of the sample and median; None for too few values."""
     array = _applicable(np.array(values, dtype=np.float64))
     return {
         "mean": float(array.mean()) if len(array) else None,
@@ -27,7 +27,7 @@ def describe(values: Sequence[float | None]) -> dict[str, float | None]:
 
 
 def rows_of(values: Values) -> list[dict[str, Any]]:
-    """Return the rows of a table, measure by measure.
+    """Returns the rows of a table, measure by measure.
 
     The first condition is the one with which the others are compared, episode by episode.
     """
@@ -62,7 +62,7 @@ def _row(
 
 
 def difference(own: Float, compared: Float, rate: bool) -> str:
-    """Return the mean difference of values (E,), NaN left out, and its interval in words."""
+    """Returns the mean difference of values (E,), NaN left out, and its interval in words."""
     if rate:
         both = np.isfinite(own - compared)
         found = statistics.difference_in_success(own[None, both], compared[None, both])

@@ -56,13 +56,13 @@ versions of the libraries and the fingerprint of the code are in `record.json`.
 
 
 def selection(names: Collection[str]) -> dict[str, Artefact]:
-    """Return the artefacts with these names, and before them the studies that they need."""
+    """Returns the artefacts with these names, and before them the studies that they need."""
     wanted = set(names) | {need for name in names for need in ARTEFACTS[name].needs}
     return {name: artefact for name, artefact in ARTEFACTS.items() if name in wanted}
 
 
 def captions(names: Collection[str]) -> str:
-    """Return what figures and tables show and where their numbers come from, as Markdown."""
+    """Returns what figures and tables show and where their numbers come from, as Markdown."""
     parts = ["# The paper's figures and tables, reproduced\n", INTRODUCTION]
     for name, artefact in ARTEFACTS.items():
         if name in names and not isinstance(artefact, Study):

@@ -26,7 +26,7 @@ Episodes = Sequence[dict[str, Any]]
 
 
 def trials(job: Job) -> dict[str, dict[str, Episodes]]:
-    """Return episodes of the experiment by policy and scenario."""
+    """Returns episodes of the experiment by policy and scenario."""
     seeds = job.seeds(max(job.trials, job.episodes))
 
     def episodes(policy: str, scenario: str) -> Episodes:
@@ -41,7 +41,7 @@ def trials(job: Job) -> dict[str, dict[str, Episodes]]:
 
 
 def errors(rows: Episodes) -> tuple[list[float], list[float]]:
-    """Return smallest distances, cm, and heading errors then, rad, of the rows with closure.
+    """Returns smallest distances, cm, and heading errors then, rad, of the rows with closure.
 
     Without closure there is no goal yet, as it is given from the pose at closure.
     """
@@ -80,7 +80,7 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
 
 
 def _draw_trials(axes: Axes, rows: Episodes, column: int, line: str, looks: dict[str, Any]) -> None:
-    """Draw the trials of a scenario and their mean."""
+    """Draws the trials of a scenario and their mean."""
     numbers = [k for k, row in enumerate(rows, start=1) if row["time_to_closure"] is not None]
     values = errors(rows)[column]
     axes.plot(numbers, values, "o", ms=4, zorder=3, **looks)
@@ -115,7 +115,7 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
 
 
 def _printed(pair: tuple[float, float]) -> dict[str, float | None]:
-    """Return what the paper prints of its trials, in the form of ``describe``."""
+    """Returns what the paper prints of its trials, in the form of ``describe``."""
     return {"mean": pair[0], "sd": pair[1], "median": None}
 
 

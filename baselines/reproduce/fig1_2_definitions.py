@@ -60,7 +60,7 @@ def _draw_closure(axes: Axes, params: EnvParams) -> None:
 
 
 def _draw_centres(axes: Axes, half: float) -> None:
-    """Draw where centres of rotation may lie, and one of them."""
+    """Draws where centres of rotation may lie, and one of them."""
     for side in (-1, 1):
         axes.plot([side * half, side * 0.6], [0, 0], color=palette.GREEN, lw=2.0, zorder=2)
     axes.plot([-half, half], [0, 0], ":", color=palette.VERMILLION, lw=1.2, zorder=4)

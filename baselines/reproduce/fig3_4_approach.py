@@ -41,7 +41,7 @@ NOISE_ALPHA = 0.1
 
 
 def radius(theta: Float, sigma: float) -> Float:
-    """Return the radius of the spiral with r_pi = 1 (Eq 4).
+    """Returns the radius of the spiral with r_pi = 1 (Eq 4).
 
     Eq (5) gives r_pi for a radius, to which it is proportional.
     """
@@ -49,7 +49,7 @@ def radius(theta: Float, sigma: float) -> Float:
 
 
 def spiral_points(r0: float, theta0: float, sigma: float, turn: int) -> Float:
-    """Return points (n, 2) of the spiral from (r0, theta0) to the target at the origin, m."""
+    """Returns points (n, 2) of the spiral from (r0, theta0) to the target at the origin, m."""
     theta = np.linspace(theta0, 0.0, sketch.STEPS)
     r = radius(theta, sigma) * asymptotic_radius(r0, theta0, sigma)
     alpha = np.pi / 2 - (2 * turn - 1) * theta
@@ -142,7 +142,7 @@ def swarm(job: Job) -> Figure:
 
 
 def _draw_swarm(axes: Axes, paths: np.ndarray, sigma: float) -> None:
-    """Draw paths (T, N) of agents, as complex numbers, and the spirals from their starts."""
+    """Draws paths (T, N) of agents, as complex numbers, and the spirals from their starts."""
     for path, colour in zip(paths.T, style.boat_colours(paths.shape[1]), strict=True):
         start, end = path[0], path[-1]
         theta = float(angular_distance(np.angle(start), np.pi / 2))

@@ -52,7 +52,7 @@ def correction(job: Job) -> Figure:
 
 
 def uncorrected_lengths(path: ArcPath) -> Float:
-    """Return signed lengths (n,) of the arcs before Eqs (14)-(15); below 0 means towards +n."""
+    """Returns signed lengths (n,) of the arcs before Eqs (14)-(15); below 0 means towards +n."""
     lengths: Float = wrap(path.turn) / path.curvature
     return lengths
 
@@ -111,14 +111,14 @@ def feasibility(job: Job) -> Figure:
 
 
 def grid(heading: float) -> Float:
-    """Return goal poses (CELLS, CELLS, 3) over the plane; none lies at the start itself."""
+    """Returns goal poses (CELLS, CELLS, 3) over the plane; none lies at the start itself."""
     steps = (np.arange(CELLS) + 0.5) * 2 * REACH / CELLS - REACH
     x, y = np.meshgrid(steps, steps)
     return np.stack([x, y, np.full_like(x, heading)], axis=-1)
 
 
 def lengths(goals: Float, min_radius: float) -> dict[str, Any]:
-    """Compare lengths of two arcs with those of the Dubins path, by geometry alone.
+    """Compares lengths of two arcs with those of the Dubins path, by geometry alone.
 
     Args:
         goals: (n, 3) in the vessel's frame, m, m, rad; no heading is exactly 0.

@@ -108,7 +108,7 @@ def _draw_complete(axes: Axes, run: Run, params: EnvParams) -> None:
 
 
 def _draw_paths(axes: Axes, run: Run, params: EnvParams, index: int) -> None:
-    """Draw the state at an index, and the paths that led there."""
+    """Draws the state at an index, and the paths that led there."""
     for boat, colour in enumerate(style.boat_colours(params.num_boats), start=1):
         axes.plot(*run.poses[: index + 1, boat, :2].T, color=colour, lw=0.8, zorder=2)
     axes.plot(*run.poses[: index + 1, 0, :2].T, color=palette.BLACK, lw=0.8, zorder=4)
@@ -124,7 +124,7 @@ def _draw_plan(axes: Axes, run: Run, params: EnvParams) -> None:
 
 
 def _frame(axes: Axes, run: Run, params: EnvParams, index: int) -> None:
-    """Set limits that hold all that is drawn."""
+    """Sets limits that hold all that is drawn."""
     ends = outline(params.vessel, np.stack([run.goal, run.poses[index, 0]])).reshape(-1, 2)
     near = run.marks[np.hypot(*(run.marks - run.poses[run.closure, 0, :2]).T) < FAR]
     points = np.concatenate([run.poses[..., :2].reshape(-1, 2), ends, near])

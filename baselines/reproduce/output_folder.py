@@ -52,26 +52,26 @@ class OutputFolder:
         return bool(self._entries)
 
     def made(self) -> list[str]:
-        """Return the names of the artefacts that are there, made with whatever options."""
+        """Returns the names of the artefacts that are there, made with whatever options."""
         return [name for name, entry in self._entries.items() if entry["complete"]]
 
     def holds(self, name: str, artefact: Artefact) -> bool:
-        """Return whether an artefact is there, made with these options by this code."""
+        """Returns whether an artefact is there, made with these options by this code."""
         there = all((self._path / file).exists() for file in artefact.files(name))
         return there and self._ours(name) and self._entries[name]["complete"]
 
     def in_the_way(self, name: str, artefact: Artefact) -> list[str]:
-        """Return files that an artefact would replace and that no run like this one has left."""
+        """Returns files that an artefact would replace and that no run like this one has left."""
         if self._ours(name):
             return []
         return [file for file in artefact.files(name) if (self._path / file).exists()]
 
     def begin(self, name: str) -> None:
-        """Record that the files of an artefact are about to be written."""
+        """Records that the files of an artefact are about to be written."""
         self._write(name, complete=False)
 
     def finish(self, name: str) -> None:
-        """Record that the files of an artefact are written."""
+        """Records that the files of an artefact are written."""
         self._write(name, complete=True)
 
     def _ours(self, name: str) -> bool:

@@ -20,12 +20,12 @@ WORLDS = 48
 
 
 def experiment(task: str = "transport", scenario: str = "nominal", **options: Any) -> EnvParams:
-    """Return the tank experiment: four boats, sensed at 20 Hz, controlled at 10 Hz."""
+    """Returns the tank experiment: four boats, sensed at 20 Hz, controlled at 10 Hz."""
     return make_params(task, scenario=scenario, preset="experiment", **options)
 
 
 def simulation(task: str = "transport", num_boats: int = 10, **options: Any) -> EnvParams:
-    """Return the paper's numerical simulation, with wheel speeds commanded at 50 Hz.
+    """Returns the paper's numerical simulation, with wheel speeds commanded at 50 Hz.
 
     The goal is given from the pose at closure as in the experiment: alpha_1 = 1 suits the paper's
     goal, and hardly any other, not even the same one from a vessel that the boats have nudged.
@@ -43,7 +43,7 @@ def simulation(task: str = "transport", num_boats: int = 10, **options: Any) -> 
 def run(
     make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: str
 ) -> list[PoseLog]:
-    """Return the pose logs of the episodes with these seeds, in their order.
+    """Returns the pose logs of the episodes with these seeds, in their order.
 
     Args:
         make_policy: function from parameters to a policy.
@@ -57,7 +57,7 @@ def run(
 
 
 def before_closure(log: PoseLog, params: EnvParams) -> Float:
-    """Return the poses (T, B, 3) of a log up to its first closure; all where there is none."""
+    """Returns the poses (T, B, 3) of a log up to its first closure; all where there is none."""
     time = log.episode.time_to_closure
     if time is None:
         return log.poses

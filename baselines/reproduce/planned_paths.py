@@ -21,13 +21,13 @@ Planner = Callable[[Float, float], ArcPath]
 
 
 def least_radius(params: EnvParams) -> float:
-    """Return the radius, m, of the tightest arcs that the scripted policy drives."""
+    """Returns the radius, m, of the tightest arcs that the scripted policy drives."""
     gains = PathGains()
     return gains.widest_radius * gains.tightest_radius * params.vessel.length / 2
 
 
 def two_arcs(goals: Float, radius: float) -> ArcPath:
-    """Return the shortest two arcs to poses (W, 3), and Dubins paths where there are none."""
+    """Returns the shortest two arcs to poses (W, 3), and Dubins paths where there are none."""
     arcs, others = padded(two_arc.shortest(goals, radius)), dubins_paths(goals, radius)
     able = two_arc.feasible(arcs, radius)[:, None]
     return ArcPath(
@@ -38,12 +38,12 @@ def two_arcs(goals: Float, radius: float) -> ArcPath:
 
 
 def dubins_paths(goals: Float, radius: float) -> ArcPath:
-    """Return the Dubins paths to poses (W, 3)."""
+    """Returns the Dubins paths to poses (W, 3)."""
     return padded(dubins.shortest(goals, radius))
 
 
 def padded(path: ArcPath) -> ArcPath:
-    """Return the same paths (W,) with as many segments as the policy remembers."""
+    """Returns the same paths (W,) with as many segments as the policy remembers."""
     spare = ((0, 0), (0, SEGMENTS - path.length.shape[-1]))
     return ArcPath(path.start, np.pad(path.curvature, spare), np.pad(path.length, spare))
 
@@ -67,7 +67,7 @@ class GivenPaths(PathPlanner):
 
 
 def driving(planner: Planner, params: EnvParams) -> ScriptedPolicy:
-    """Return the scripted policy on the paths of a planner."""
+    """Returns the scripted policy on the paths of a planner."""
     return ScriptedPolicy(params, planner=GivenPaths(params, planner))
 
 

@@ -37,17 +37,17 @@ MEASURES = {
 
 
 def push_to_random_goals(scenario: str) -> EnvParams:
-    """Return pushes from a formed closure to a random goal in each episode."""
+    """Returns pushes from a formed closure to a random goal in each episode."""
     return experiment("push", scenario=scenario, goal=None, time_limit=TIME)
 
 
 def goals(params: EnvParams, seeds: Sequence[int]) -> Float:
-    """Return the goals (n, 3) of the episodes with these seeds, m, m, rad."""
+    """Returns the goals (n, 3) of the episodes with these seeds, m, m, rad."""
     return np.array([starts.sample(params, np.random.default_rng(s)).goal for s in seeds])
 
 
 def compare(job: Job) -> dict[str, Any]:
-    """Return lengths by geometry for two minimal radii, and episodes by scenario and planner."""
+    """Returns lengths by geometry for two minimal radii, and episodes by scenario and planner."""
 
     def episodes(scenario: str, planner: str) -> list[dict[str, Any]]:
         params, seeds = push_to_random_goals(scenario), job.seeds(job.episodes)
@@ -105,7 +105,7 @@ def _draw_lengths(axes: Axes, lengths: dict[str, dict[str, list[float | None]]])
 
 
 def draw_fractions(axes: Axes, values: Sequence[float | None], **line: Any) -> None:
-    """Draw the fraction of all values that is at most so large; None counts as never."""
+    """Draws the fraction of all values that is at most so large; None counts as never."""
     known = np.sort([value for value in values if value is not None])
     rises = np.concatenate([known[:1], known])
     axes.plot(rises, np.arange(len(rises)) / len(values), drawstyle="steps-post", **line)
@@ -133,7 +133,7 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
 
 
 def _paired(episodes: dict[str, list[dict[str, Any]]]) -> dict[str, dict[str, list[float]]]:
-    """Return values by planner and measure, of the goals to which it applies with all planners."""
+    """Returns values by planner and measure, of the goals to which it applies with all planners."""
     values: dict[str, dict[str, list[float]]] = {planner: {} for planner in episodes}
     for measure in MEASURES:
         columns = [[_value(row, measure) for row in rows] for rows in episodes.values()]

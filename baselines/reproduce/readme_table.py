@@ -12,17 +12,17 @@ END = "<!-- up to here -->"
 
 
 def check(text: str) -> None:
-    """Raise ValueError unless a page can take the table; see ``marks.check``."""
+    """Raises ValueError unless a page can take the table; see ``marks.check``."""
     marks.check(text, START, END)
 
 
 def updated(text: str, table: dict[str, Any]) -> str:
-    """Return the text of a page with the table of ``fig10_trials`` between its marks."""
+    """Returns the text of a page with the table of ``fig10_trials`` between its marks."""
     return marks.replaced(text, START, END, markdown(short(table)))
 
 
 def short(table: dict[str, Any]) -> dict[str, Any]:
-    """Return the table with means and deviations in one column, and without the rest."""
+    """Returns the table with means and deviations in one column, and without the rest."""
     rows = [
         {
             "source": ", ".join(filter(None, (row["source"], row["policy"], row["scenario"]))),
@@ -47,5 +47,5 @@ def _spread(row: dict[str, Any], name: str, unit: str) -> str:
 
 
 def _rounded(value: float | None) -> str:
-    """Return as many digits as the paper gives."""
+    """Returns as many digits as the paper gives."""
     return cell(value) if value is None else f"{round(value, 2) + 0.0:g}"

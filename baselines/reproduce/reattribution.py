@@ -23,17 +23,17 @@ THIN = 5
 
 
 def kept(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:
-    """Keep the targets (W, A) of the first tick, which had the least total distance."""
+    """Keeps the targets (W, A) of the first tick, which had the least total distance."""
     return np.where(np.isnan(last), nearest(boat, slot, working, last), last)
 
 
 def numbered(points: Complex, boat: Complex, *_: Any) -> Complex:
-    """Assign target i of ``points`` (A,) to boat i, wherever it is."""
+    """Assigns target i of ``points`` (A,) to boat i, wherever it is."""
     return np.broadcast_to(points, boat.shape)
 
 
 def by_number(params: EnvParams) -> PaperPolicy:
-    """Return the paper's policy whose boats go to the targets of their numbers."""
+    """Returns the paper's policy whose boats go to the targets of their numbers."""
     points = formation.slots(params, params.num_boats)
     return PaperPolicy(params, assignment=partial(numbered, points))
 
@@ -46,7 +46,7 @@ ATTRIBUTIONS: dict[str, MakePolicy] = {
 
 
 def compare(job: Job) -> Values:
-    """Return crossings of paths and collisions on the approach, by how targets are attributed."""
+    """Returns crossings of paths and collisions on the approach, by how targets are attributed."""
     params, values = experiment("approach"), {}
     for condition, make_policy in ATTRIBUTIONS.items():
         logs = run(make_policy, params, job.seeds(job.episodes), condition)
@@ -59,14 +59,14 @@ def compare(job: Job) -> Values:
 
 
 def crossings(poses: Float) -> float:
-    """Count how often the paths of two boats of a log (T, B, 3) cross one another."""
+    """Counts how often the paths of two boats of a log (T, B, 3) cross one another."""
     paths = poses[:, 1:, 0] + 1j * poses[:, 1:, 1]
     pairs = combinations(paths.T, 2)
     return float(sum(crossing_segments(first, second).sum() for first, second in pairs))
 
 
 def crossing_segments(first: Complex, second: Complex) -> Bool:
-    """Return which segments (n - 1, m - 1) of two polylines (n,) and (m,) cross."""
+    """Returns which segments (n - 1, m - 1) of two polylines (n,) and (m,) cross."""
 
     def separated(line: Complex, points: Complex) -> Bool:
         start, along = line[:-1, None], np.diff(line)[:, None]

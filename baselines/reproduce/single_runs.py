@@ -56,7 +56,7 @@ class NoisyPoses:
 
 
 def noisy_paper(seed: int) -> MakePolicy:
-    """Return the paper's policy with the noise of its simulation."""
+    """Returns the paper's policy with the noise of its simulation."""
 
     def make(params: EnvParams) -> Policy:
         return NoisyPoses(POLICIES["paper"](params), seed)
@@ -65,12 +65,12 @@ def noisy_paper(seed: int) -> MakePolicy:
 
 
 def noisy_simulation(job: Job) -> dict[str, Any]:
-    """Return a run of the paper's simulation: ten boats, with noise on their own poses."""
+    """Returns a run of the paper's simulation: ten boats, with noise on their own poses."""
     return typical_run(noisy_paper(job.seed), simulation(), job, "fig6")
 
 
 def simulations(job: Job) -> list[dict[str, Any]]:
-    """Return runs of the paper's simulation without noise, eight boats, for each goal of Fig. 7."""
+    """Returns a run of eight boats without noise in simulation for each goal of Fig. 7."""
     return [
         typical_run(POLICIES["paper"], simulation(num_boats=8, goal=goal), job, f"fig7 {goal}")
         for goal in GOALS
@@ -78,12 +78,12 @@ def simulations(job: Job) -> list[dict[str, Any]]:
 
 
 def experimental_run(job: Job) -> dict[str, Any]:
-    """Return a run of the paper's experiment with four boats."""
+    """Returns a run of the paper's experiment with four boats."""
     return typical_run(POLICIES["paper"], experiment(), job, "figs 8, 9")
 
 
 def typical_run(make_policy: MakePolicy, params: EnvParams, job: Job, what: str) -> dict[str, Any]:
-    """Return the run of median smallest distance among the trials with closure, as plain values.
+    """Returns the run of median smallest distance among the trials with closure, as plain values.
 
     Returns:
         ``seed``; number of ``trials`` and of those with closure, ``closed``; ``closure``, its time
@@ -135,7 +135,7 @@ class Run:
 
     @classmethod
     def read(cls, study: dict[str, Any]) -> Run:
-        """Return the run that the plain values of ``typical_run`` stand for."""
+        """Returns the run that the plain values of ``typical_run`` stand for."""
         times, poses, goal = (np.array(study[key]) for key in ("times", "poses", "goal"))
         last = len(times) - 1
         if study["closure"] is None:
@@ -168,6 +168,6 @@ class Run:
 
 
 def in_frame(poses: Float, frame: Float) -> Float:
-    """Return poses (..., 3) relative to a pose (3,)."""
+    """Returns poses (..., 3) relative to a pose (3,)."""
     offset = (poses[..., 0] - frame[0] + 1j * (poses[..., 1] - frame[1])) * np.exp(-1j * frame[2])
     return np.stack([offset.real, offset.imag, wrap(poses[..., 2] - frame[2])], axis=-1)

@@ -9,10 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, Polygon
 from numpy.typing import ArrayLike
 
+from asv_env.geometry import xy
 from asv_env.params import EnvParams, HullParams
 from asv_env.render.outlines import outline, placed
 from asv_env.tasks import formation
-from asv_env.types import Complex, Float
+from asv_env.types import Float
 from baselines.evaluate.report import palette
 from baselines.paper.arcs import ArcPath
 from baselines.reproduce import style
@@ -22,66 +23,61 @@ STEPS = 200
 
 
 def plane(axes: Axes, labels: bool = True) -> None:
-    """Make the panel a map of the plane: one scale for x and y."""
+    """Makes the panel a map of the plane: one scale for x and y."""
     axes.set_aspect("equal", adjustable="box")
     if labels:
         axes.set_xlabel("$x$ (m)")
         axes.set_ylabel("$y$ (m)")
 
 
-def pairs(points: Complex) -> Float:
-    """Return complex points (...) as x, y (..., 2)."""
-    return np.stack([points.real, points.imag], axis=-1)
-
-
 def hull(axes: Axes, shape: HullParams, pose: ArrayLike, **patch: Any) -> None:
-    """Draw a hull at a pose (3,)."""
+    """Draws a hull at a pose (3,)."""
     looks: dict[str, Any] = {"fc": palette.PALE, "ec": palette.BLACK, "lw": 0.7, "zorder": 3}
     corners = outline(shape, np.asarray(pose, dtype=np.float64))
     axes.add_patch(Polygon(corners, closed=True, **(looks | patch)))
 
 
 def goal(axes: Axes, params: EnvParams, pose: ArrayLike) -> None:
-    """Draw the outline of the vessel at its goal pose (3,)."""
+    """Draws the outline of the vessel at its goal pose (3,)."""
     hull(axes, params.vessel, pose, fc="none", ec=palette.VERMILLION, ls=(0, (3, 2)), lw=1.0)
 
 
 def boats(axes: Axes, params: EnvParams, poses: Float, **patch: Any) -> None:
-    """Draw boats at poses (A, 3)."""
+    """Draws boats at poses (A, 3)."""
     for pose, colour in zip(poses, style.boat_colours(len(poses)), strict=True):
         looks: dict[str, Any] = {"fc": colour, "lw": 0.3, "zorder": 5, **patch}
         hull(axes, params.boat, pose, **looks)
 
 
 def slots(params: EnvParams, vessel: ArrayLike) -> Float:
-    """Return the poses (A, 3) of boats in their slots round a vessel at a pose (3,)."""
+    """Returns the poses (A, 3) of boats in their slots round a vessel at a pose (3,)."""
     pose = np.asarray(vessel, dtype=np.float64)
-    points = pairs(placed(formation.slots(params, params.num_boats), pose))
+    points = xy(placed(formation.slots(params, params.num_boats), pose))
     heading = pose[2] + np.angle(formation.slot_direction(np.ones(1)))
     return np.concatenate([points, np.broadcast_to(heading, (len(points), 1))], axis=-1)
 
 
 def crosses(axes: Axes, points: ArrayLike, colour: Any = palette.BLACK, size: float = 4.0) -> None:
-    """Draw crosses at points (n, 2); those at infinity (centres of straights) are left out."""
+    """Draws crosses at points (n, 2); those at infinity (centres of straights) are left out."""
     x, y = np.reshape(np.asarray(points, dtype=np.float64), (-1, 2)).T
     near = np.isfinite(x) & np.isfinite(y)
     axes.plot(x[near], y[near], "x", color=colour, ms=size, mew=0.9, zorder=7)
 
 
 def path_points(path: ArcPath) -> Float:
-    """Return points (STEPS, 2) along one path."""
+    """Returns points (STEPS, 2) along one path."""
     return path.pose_at(np.linspace(0.0, float(path.total_length), STEPS))[:, :2]
 
 
 def arrow(axes: Axes, tail: ArrayLike, head: ArrayLike, **patch: Any) -> None:
-    """Draw an arrow between two points (2,)."""
+    """Draws an arrow between two points (2,)."""
     looks: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 7.0, "lw": 0.9, "zorder": 6}
     ends = tuple(np.asarray(tail)), tuple(np.asarray(head))
     axes.add_patch(FancyArrowPatch(*ends, shrinkA=0.0, shrinkB=0.0, **(looks | patch)))
 
 
 def ahead(pose: ArrayLike, distance: float) -> Float:
-    """Return the point (2,) at a distance ahead of a pose (3,)."""
+    """Returns the point (2,) at a distance ahead of a pose (3,)."""
     x, y, heading = np.asarray(pose, dtype=np.float64)
     return np.array([x + distance * np.cos(heading), y + distance * np.sin(heading)])
 
@@ -96,7 +92,7 @@ def angle(
     colour: str = palette.BLACK,
     gap: float = 0.05,
 ) -> None:
-    """Draw an angle, an arc with an arrow from one direction by a signed turn, and its name."""
+    """Draws an angle, an arc with an arrow from one direction by a signed turn, and its name."""
     x, y = np.asarray(centre, dtype=np.float64)
     along = start + turn * np.linspace(0.0, 1.0, STEPS)
     axes.plot(x + radius * np.cos(along), y + radius * np.sin(along), color=colour, lw=0.8)
@@ -107,6 +103,6 @@ def angle(
 
 
 def label(axes: Axes, point: ArrayLike, name: str, colour: str = palette.BLACK) -> None:
-    """Write a name in mathematical letters, centred at a point (2,)."""
+    """Writes a name in mathematical letters, centred at a point (2,)."""
     x, y = np.asarray(point, dtype=np.float64)
     axes.text(x, y, f"${name}$", color=colour, ha="center", va="center", zorder=8)

@@ -48,14 +48,14 @@ _SETTINGS: dict[str, Any] = {
 
 
 def applied() -> AbstractContextManager[None]:
-    """Return the context in which figures are made and saved."""
+    """Returns the context in which figures are made and saved."""
     return matplotlib.rc_context(_SETTINGS)  # type: ignore[arg-type]
 
 
 def panels(
     width: float, height: float, rows: int = 1, columns: int = 1, **subplots: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure of ``width`` x ``height`` mm and its panels, row by row, with letters."""
+    """Returns a figure of ``width`` x ``height`` mm and its panels, row by row, with letters."""
     figure = Figure(figsize=(width / INCH, height / INCH), layout="compressed")
     axes = list(figure.subplots(rows, columns, squeeze=False, **subplots).flat)
     if len(axes) > 1:
@@ -65,7 +65,7 @@ def panels(
 
 
 def legend(figure: Figure, *axes: Axes) -> None:
-    """Draw the legend of some panels above all of them."""
+    """Draws the legend of some panels above all of them."""
     entries = [panel.get_legend_handles_labels() for panel in axes]
     handles: list[Any] = [handle for entry in entries for handle in entry[0]]
     labels: list[Any] = [label for entry in entries for label in entry[1]]
@@ -75,13 +75,13 @@ def legend(figure: Figure, *axes: Axes) -> None:
 
 
 def save(figure: Figure, stem: Path) -> None:
-    """Save a figure as PNG and as PDF, without the time, so that equal figures are equal files."""
+    """Saves a figure as PNG and as PDF, without the time, so that equal figures are equal files."""
     figure.savefig(stem.with_suffix(".png"))
     figure.savefig(stem.with_suffix(".pdf"), metadata={"CreationDate": None})
 
 
 def boat_colours(team: int) -> Sequence[Any]:
-    """Return a colour for each boat, in the order of their slots along the hull."""
+    """Returns a colour for each boat, in the order of their slots along the hull."""
     if team <= len(palette.SERIES):
         return palette.SERIES[:team]
     return list(matplotlib.colormaps[MAP](np.linspace(0.0, 0.9, team)))
