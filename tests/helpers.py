@@ -5,6 +5,7 @@ from unittest import mock
 
 import numpy as np
 
+from asv_env.geometry import direction, wrap
 from asv_env.presets import make_params
 from asv_env.sensing import observation
 from asv_env.simulation import Simulation
@@ -145,3 +146,27 @@ def turned(motion, angle, shift=0j):
 def copied(record):
     """A record whose arrays stay what they are while the simulation continues."""
     return type(record)(**{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
+
+
+def known_at_start(params, seeds):
+    """What the boats know at the start of episodes."""
+    sim = Simulation(params, len(seeds))
+    sim.reset(seeds=list(seeds))
+    return copied(sim.sensed)
+
+
+def moved(sensed, poses):
+    """The same with vessels at other poses (W, 3), their boats taken along."""
+    motion, old = sensed.measured.copy(), sensed.measured[:, :1]
+    turn = poses[:, None, 2] - old[..., 2]
+    offset = motion[..., 0] - old[..., 0] + 1j * (motion[..., 1] - old[..., 1])
+    offset = offset * direction(turn)
+    motion[..., 0], motion[..., 1] = poses[:, :1] + offset.real, poses[:, 1:2] + offset.imag
+    motion[..., 2] = wrap(motion[..., 2] + turn)
+    return replace(sensed, measured=motion, estimate=motion)
+
+
+def decide(policy, sensed, memory=None):
+    """One decision of a policy that reads ``sensed`` alone, and its memory."""
+    fresh = np.full(len(sensed.side), memory is None)
+    return policy.act(sensed, np.empty(0), memory, fresh)

@@ -13,12 +13,9 @@ TINY = 1e-9
 
 
 def avoidance_velocity(boat: Complex, reach: float, speed: float) -> Complex:
-    """Velocity (W, A) m/s away from the boats that are near.
+    """Velocity (W, A) m/s of boats (W, A) away from those within ``reach``, m.
 
-    Args:
-        boat: (W, A) positions, m.
-        reach: distance from which on boats avoid each other, m.
-        speed: speed at distance 0, m/s.
+    It grows from 0 to ``speed``, m/s, as the distance shrinks to 0.
     """
     away = boat[:, :, None] - boat[:, None, :]
     distance = np.abs(away)

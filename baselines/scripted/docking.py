@@ -3,7 +3,7 @@
 The team GATHERs at the waypoints above the slots. It DESCENDs once all boats are aligned there,
 or some are late, and GATHERs again when too many have missed their slots. A boat near the line of
 its slot DOCKs: it goes down the line. One that gets too low outside the funnel above its slot goes
-ASTERN until it is inside again or high enough for another try.
+ASTERN until it is inside the funnel, and high enough for another try.
 """
 
 from __future__ import annotations
@@ -53,24 +53,15 @@ class GraspMemory:
 
     @classmethod
     def empty(cls, worlds: int, team: int) -> GraspMemory:
-        """Memory without slots, so that an approach begins at the first tick."""
-        return cls(
-            slot=np.full((worlds, team), np.nan, dtype=np.complex128),
-            turn_direction=np.zeros((worlds, team), dtype=np.int64),
-            due=np.zeros(worlds),
-            descending=np.zeros(worlds, dtype=np.bool_),
-            astern=np.zeros((worlds, team), dtype=np.bool_),
-            drift=np.zeros((worlds, team), dtype=np.complex128),
-        )
+        """Memory to be filled when an approach begins."""
+        shape, drift = (worlds, team), np.zeros((worlds, team), dtype=np.complex128)
+        descending, astern = np.zeros(worlds, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
+        turns = np.zeros(shape, dtype=np.int64)
+        return cls(drift.copy(), turns, np.zeros(worlds), descending, astern, drift)
 
 
 class Docking:
-    """State transitions and velocities of the descent.
-
-    Args:
-        params: parameters of the environment.
-        gains: gains of the approach.
-    """
+    """State transitions and velocities of the descent."""
 
     def __init__(self, params: EnvParams, gains: GraspGains) -> None:
         self._tolerance, self._hz = params.task.slot_distance, params.clock.control
@@ -79,10 +70,7 @@ class Docking:
     def update_team(
         self, relations: Relations, waypoint: Complex, sensed: Sensed, memory: GraspMemory
     ) -> None:
-        """Updates the team state ``memory.descending``.
-
-        A team with a failed boat does not go back: the boat may lie in the way.
-        """
+        """Updates the team's state; a failed boat, which may lie in the way, rules out GATHER."""
         gains, working, offset = self._gains, sensed.working, relations.boat - waypoint
         near = (np.abs(offset.real) < self._tolerance) & (offset.imag < gains.retry_height)
         ready = near & (relations.alignment.real > ALIGNED) | ~working
@@ -95,14 +83,7 @@ class Docking:
     def update_boats(
         self, relations: Relations, gap: Complex, slot: Complex, memory: GraspMemory
     ) -> Bool:
-        """Boats that dock (W, A); updates ``memory.astern``.
-
-        Args:
-            relations: estimated relations.
-            gap: (W, A) from each boat to its target, m.
-            slot: (W, A) slots, m.
-            memory: of the approach.
-        """
+        """Boats (W, A) that dock, by the gaps (W, A) m to their targets; updates their state."""
         gains, height, offset = self._gains, -gap.imag, relations.boat - slot
         docks = np.abs(gap.real) < gains.docking_half_width
         docks &= (height < gains.docking_height) & (offset.imag > -BELOW)

@@ -47,10 +47,7 @@ class GraspGains:
     lookahead_time: float = 0.7
     """Growth of that distance with the speed, s."""
     pointing_speed: float = 0.09
-    """Least speed towards the hull in the direction to which a docking boat points, m/s.
-
-    A slower boat so faces the hull, comes to rest aligned, and noise turns it little.
-    """
+    """Floor of the speed towards the hull in a docking boat's heading, m/s: it rests aligned."""
     funnel_slope: float = 0.6
     """Growth of the half-width of the funnel above a slot with the height."""
     retry_height: float = 0.06

@@ -22,6 +22,7 @@ from baselines.scripted.approach_path import ApproachPath
 from baselines.scripted.collision_avoidance import avoidance_velocity, sidestep
 from baselines.scripted.docking import Docking, GraspMemory
 from baselines.scripted.gains import GraspGains
+from baselines.scripted.observer import VesselMemory
 
 MIN_SPEED = 0.02
 """Least speed on the path to the waypoint, m/s."""
@@ -31,12 +32,7 @@ tolerance."""
 
 
 class GraspController:
-    """Speed and yaw rate of boats that approach their slots and wait there.
-
-    Args:
-        params: parameters of the environment.
-        gains: gains of the approach.
-    """
+    """Speed and yaw rate of boats that approach their slots and wait there."""
 
     def __init__(self, params: EnvParams, gains: GraspGains) -> None:
         vessel, self._boat = params.hulls()
@@ -58,23 +54,30 @@ class GraspController:
         self._sway_time = self._boat.total_mass / sway_damping
 
     def act(
-        self, relations: Relations, sensed: Sensed, memory: GraspMemory, restart: Bool
+        self,
+        relations: Relations,
+        sensed: Sensed,
+        vessel: VesselMemory,
+        memory: GraspMemory,
+        begins: Bool,
     ) -> Float:
-        """Speed m/s and yaw rate rad/s (W, A, 2).
+        """Speed m/s and yaw rate rad/s (W, A, 2) of the boats.
 
         Args:
             relations: estimated relations.
             sensed: measurement, for slots, failures and time.
-            memory: updated.
-            restart: (W,) worlds where an approach begins; one also begins where slots change.
+            vessel: receives what the boats exert on it: nothing.
+            memory: state of the approach, which is updated.
+            begins: (W,) worlds where an approach begins; one also begins where slots change.
         """
         gains, waypoint = self._gains, sensed.slot + 1j * self._gains.waypoint_height
-        self._restart(relations, waypoint, sensed, memory, restart)
+        vessel.force[:], vessel.moment[:] = 0.0, 0.0
+        self._begin(relations.boat, waypoint, sensed, memory, begins)
         bow, hull, velocity = self._velocities(relations, memory)
         self._docking.update_team(relations, waypoint, sensed, memory)
         target = np.where(memory.descending[:, None], self._holding_position(sensed.slot), waypoint)
-        if not sensed.working.all():
-            target = target + self.sidestep(relations, target, sensed)
+        failed = ~sensed.working & (relations.boat.imag < self._row)
+        target += sidestep(target, relations.boat, failed, self._boat.width, self._max_sidestep)
         gap = target - relations.boat
         docks = self._docking.update_boats(relations, gap, sensed.slot, memory)
 
@@ -89,35 +92,24 @@ class GraspController:
         turn = aim * bow.conj()
         return np.stack([speed, gains.heading_gain * np.arctan2(turn.imag, turn.real)], axis=-1)
 
-    def sidestep(self, relations: Relations, target: Complex, sensed: Sensed) -> Complex:
-        """See ``collision_avoidance.sidestep``; obstacles are failed boats in the slots' row."""
-        obstacle = ~sensed.working & (relations.boat.imag < self._row)
-        return sidestep(target, relations.boat, obstacle, self._boat.width, self._max_sidestep)
-
-    def _restart(
-        self,
-        relations: Relations,
-        waypoint: Complex,
-        sensed: Sensed,
-        memory: GraspMemory,
-        which: Bool,
+    def _begin(
+        self, boat: Complex, waypoint: Complex, sensed: Sensed, memory: GraspMemory, new: Bool
     ) -> None:
-        """Starts the approach in some worlds, and where the slots have changed.
+        """Starts the approach in the worlds ``new`` (W,), and where the slots have changed.
 
         The boat with the longest path goes at cruising speed; the others slower.
         """
-        which = which | (memory.slot != sensed.slot).any(axis=1)
-        if not which.any():
+        new = new | (memory.slot != sensed.slot).any(axis=1)
+        if not new.any():
             return
-        boat, waypoint = relations.boat[which], waypoint[which]
+        boat, waypoint = boat[new], waypoint[new]
         turn_direction = self._path.turn_direction(boat, waypoint)
         _, length = self._path.course(boat, waypoint, turn_direction)
-        longest = (length * sensed.working[which]).max(axis=1)
-        memory.slot[which], memory.turn_direction[which] = sensed.slot[which], turn_direction
-        memory.due[which] = sensed.tick[which] + longest / self._gains.cruise_speed * self._hz
-        memory.descending[which] = False
-        memory.astern[which] = False
-        memory.drift[which] = 0.0
+        longest = (length * sensed.working[new]).max(axis=1)
+        memory.slot[new], memory.turn_direction[new] = sensed.slot[new], turn_direction
+        memory.due[new] = sensed.tick[new] + longest / self._gains.cruise_speed * self._hz
+        memory.descending[new] = memory.astern[new] = False
+        memory.drift[new] = 0.0
 
     def _holding_position(self, slot: Complex) -> Complex:
         """Positions (W, A) where boats wait for closure: slots, a little off the side or end."""

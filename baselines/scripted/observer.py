@@ -35,31 +35,29 @@ SLIP = 0.02
 
 @dataclass
 class VesselMemory:
-    """Estimates of one or more vessels.
+    """What is known about the vessel.
 
     Attributes:
         motion: (W, 6) estimated motion, world frame.
         drift: (W,) estimated velocity of the water, m/s, world frame.
-        acceleration: (W, 3) predicted from the boats' forces and the water, world frame.
+        force: (W,) that the boats exert on the vessel until the next tick, in its frame, N.
+        moment: (W,) that they exert, N m.
     """
 
     motion: Float
     drift: Complex
-    acceleration: Float
+    force: Complex
+    moment: Float
 
     @classmethod
     def empty(cls, worlds: int) -> VesselMemory:
         """Memory to be filled by ``VesselObserver.restart``."""
-        drift = np.zeros(worlds, dtype=np.complex128)
-        return cls(np.zeros((worlds, 6)), drift, np.zeros((worlds, 3)))
+        zero = np.zeros(worlds, dtype=np.complex128)
+        return cls(np.zeros((worlds, 6)), zero, zero.copy(), np.zeros(worlds))
 
 
 class VesselObserver:
-    """Kalman filter of the vessel's motion, driven by the forces of the boats.
-
-    Args:
-        params: parameters of the environment.
-    """
+    """Kalman filter of the vessel's motion, driven by the forces of the boats."""
 
     def __init__(self, params: EnvParams) -> None:
         self._vessel, _ = params.hulls()
@@ -78,8 +76,7 @@ class VesselObserver:
         """Starts the worlds ``which`` (W,) from their measurement, at rest in still water."""
         memory.motion[which] = sensed.measured[which, 0]
         memory.motion[which, 3:] = 0.0
-        memory.drift[which] = 0.0
-        memory.acceleration[which] = 0.0
+        memory.drift[which] = memory.force[which] = memory.moment[which] = 0.0
 
     def update(self, sensed: Sensed, memory: VesselMemory, pushing: Bool) -> None:
         """Advances the estimate by one tick and corrects it by the measurement.
@@ -88,7 +85,7 @@ class VesselObserver:
         touches the vessel: contact is modelled too roughly to tell a current from it.
         """
         dt = self._dt
-        rate = memory.motion[:, 3:] + dt * memory.acceleration
+        rate = memory.motion[:, 3:] + dt * self.acceleration(memory)
         pose = memory.motion[:, :3] + dt / 2 * (memory.motion[:, 3:] + rate)
         predicted = np.concatenate([pose, rate], axis=-1)
         memory.motion, innovation = corrected(predicted, sensed.measured[:, 0], self._gains)
@@ -97,21 +94,15 @@ class VesselObserver:
         correction = pose_gain * plane(innovation) + rate_gain * plane(innovation, 3)
         memory.drift = memory.drift + free * correction
 
-    def predict(self, memory: VesselMemory, force: Complex, moment: Float) -> None:
-        """Predicts the acceleration under the boats' forces and the drag.
-
-        Args:
-            memory: receives the acceleration.
-            force: (W,) of the boats in the vessel's frame, N.
-            moment: (W,) of the boats, N m.
-        """
+    def acceleration(self, memory: VesselMemory) -> Float:
+        """Acceleration (W, 3) by the boats' forces and the drag; m/s^2, m/s^2, rad/s^2."""
         vessel, motion = self._vessel, memory.motion
         heading = np.exp(1j * motion[:, 2])
         velocity, yaw_rate = (plane(motion, 3) - memory.drift) * heading.conj(), motion[:, 5]
         resistance = drag(vessel.surge, velocity.real) + 1j * drag(vessel.sway, velocity.imag)
-        linear = heading * (force - resistance) / vessel.total_mass
-        angular = (moment - drag(vessel.yaw, yaw_rate)) / vessel.total_inertia
-        memory.acceleration = np.stack([linear.real, linear.imag, angular], axis=-1)
+        linear = heading * (memory.force - resistance) / vessel.total_mass
+        angular = (memory.moment - drag(vessel.yaw, yaw_rate)) / vessel.total_inertia
+        return np.stack([linear.real, linear.imag, angular], axis=-1)
 
 
 def drift_gain(

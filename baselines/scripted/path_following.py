@@ -8,7 +8,6 @@ that leaves its path or passes its goal gets a new path.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from asv_env.params import NOMINAL_LENGTH, VesselParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float
 from baselines.paper.arcs import ArcPath
-from baselines.scripted.drag import drag
 from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.lqr import PreviewLqr
 from baselines.scripted.planner import SEGMENTS, PathPlanner
@@ -60,36 +58,6 @@ class PathMemory:
         return cls(np.zeros((worlds, 3)), segments, segments.copy(), np.zeros(worlds), replan)
 
 
-class Tracking(NamedTuple):
-    """Where the vessel is relative to its path.
-
-    Attributes:
-        cross_track: (W,) distance from the path along the hull, m.
-        heading_error: (W,) rad.
-        remaining: (W,) path length to the goal, m.
-        curvature: (W, PREVIEW_POINTS) of the path ahead, 1/m.
-    """
-
-    cross_track: Float
-    heading_error: Float
-    remaining: Float
-    curvature: Float
-
-
-class Demand(NamedTuple):
-    """What the boats together are to exert on the vessel.
-
-    Attributes:
-        forward: (W,) force towards -n, N; negative where the vessel is too fast.
-        along: (W,) force along the hull, N.
-        moment: (W,) N m.
-    """
-
-    forward: Float
-    along: Float
-    moment: Float
-
-
 class PathFollower:
     """Plans the vessel's path and computes what keeps the vessel on it, and on time.
 
@@ -110,14 +78,7 @@ class PathFollower:
         self.preview_times = self._caged.preview_times
 
     def plan(self, relations: Relations, drift: Complex, memory: PathMemory, which: Bool) -> None:
-        """Plans paths from where the vessels are.
-
-        Args:
-            relations: estimated relations of all worlds.
-            drift: (W,) velocity of the water, m/s, world frame.
-            memory: receives the paths.
-            which: (W,) worlds that need one.
-        """
+        """Plans paths from where the vessels are, in the worlds ``which`` (W,), into ``memory``."""
         if not which.any():
             return
         position, heading = relations.position[which, 0], relations.heading[which, 0]
@@ -132,41 +93,48 @@ class PathFollower:
         memory.curvature[which], memory.length[which] = path.curvature, path.length
         memory.progress[which], memory.replan[which] = 0.0, False
 
-    def demand(
+    def wrench(
         self, relations: Relations, drift: Complex, caged: Bool, memory: PathMemory
-    ) -> Demand:
-        """Force and moment that lead the vessel along its path to rest at the goal.
+    ) -> tuple[Float, Float, Float]:
+        """Computes what leads the vessel along its path to rest at the goal.
 
         Args:
             relations: estimated relations.
             drift: (W,) velocity of the water, m/s, world frame.
             caged: (W,) whether end boats can exert the force along the hull.
             memory: the paths; ``progress`` and ``replan`` are updated.
+
+        Returns:
+            Force (W,) towards -n, N, negative where the vessel is too fast; force (W,) along the
+            hull, N; moment (W,), N m.
         """
-        vessel = self._vessel
         velocity = (relations.velocity[:, 0] - drift) * relations.heading[:, 0].conj()
         speed, yaw_rate = -velocity.imag, relations.yaw_rate[:, 0]
-        tracking = self.track(relations, drift, speed, memory)
-        limit = MAX_CROSS_TRACK * vessel.length
-        cross_track = np.clip(tracking.cross_track, -limit, limit)
-        turned = np.clip(tracking.heading_error, -MAX_HEADING_ERROR, MAX_HEADING_ERROR)
+        cross_track, turned, remaining, curvature = self.track(relations, drift, speed, memory)
+        limit = MAX_CROSS_TRACK * self._vessel.length
+        cross_track = np.clip(cross_track, -limit, limit)
+        turned = np.clip(turned, -MAX_HEADING_ERROR, MAX_HEADING_ERROR)
         deviation = np.stack([cross_track, turned, velocity.real, yaw_rate], axis=-1)
         along, moment = np.where(
             caged[:, None],
-            self._caged.wrench(speed, deviation, tracking.curvature),
-            self._uncaged.wrench(speed, deviation, tracking.curvature),
+            self._caged.wrench(speed, deviation, curvature),
+            self._uncaged.wrench(speed, deviation, curvature),
         ).T
-        limit = self._gains.max_end_force * vessel.length / NOMINAL_LENGTH
-        forward = self._forward_force(tracking.remaining, speed)
-        return Demand(forward, np.clip(along, -limit, limit), moment)
+        limit = self._gains.max_end_force * self._vessel.length / NOMINAL_LENGTH
+        forward = self._planner.force(remaining, speed, self._gains.speed_gain)
+        return forward, np.clip(along, -limit, limit), moment
 
     def track(
         self, relations: Relations, drift: Complex, speed: Float, memory: PathMemory
-    ) -> Tracking:
+    ) -> tuple[Float, Float, Float, Float]:
         """Finds the vessel on its path, and updates ``memory.progress`` and ``memory.replan``.
 
         The path is where the water will have carried it when the vessel reaches the goal, so the
         vessel's position is moved by the drift until then.
+
+        Returns:
+            Cross-track error (W,) along the hull, m; heading error (W,), rad; path length (W,)
+            to the goal, m; curvature (W, PREVIEW_POINTS) of the path ahead, 1/m.
         """
         path = ArcPath(memory.start, memory.curvature, memory.length)
         total, length = path.total_length, self._vessel.length
@@ -180,17 +148,6 @@ class PathFollower:
         off_path = np.abs(offset.real) > OFF_PATH * length
         memory.replan = off_path | (reached - total > PAST_GOAL * length)
         ahead = np.maximum(speed, 0.0)[:, None] * self.preview_times
-        return Tracking(
-            cross_track=offset.real,
-            heading_error=wrap(np.angle(relations.heading[:, 0]) - heading),
-            remaining=total - reached,
-            curvature=path[:, None].curvature_at(memory.progress[:, None] + ahead),
-        )
-
-    def _forward_force(self, remaining: Float, speed: Float) -> Float:
-        """Force (W,) N that brings the vessel to the speed of its timetable."""
-        wanted, cruise = self._planner.speed(remaining), self._planner.gains.speed
-        resistance = drag(self._vessel.sway, wanted)
-        resistance *= np.where(wanted < cruise, 1 - self._planner.gains.braking, 1.0)
-        mass = self._vessel.total_mass
-        return resistance + self._gains.speed_gain * mass * (wanted - speed)
+        curvature = path[:, None].curvature_at(memory.progress[:, None] + ahead)
+        heading_error = wrap(np.angle(relations.heading[:, 0]) - heading)
+        return offset.real, heading_error, total - reached, curvature

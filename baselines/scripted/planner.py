@@ -10,6 +10,7 @@ from asv_env.types import Complex, Float
 from baselines.paper import dubins
 from baselines.paper.arcs import ArcPath
 from baselines.paper.coasting import coasting_distance, coasting_speed
+from baselines.scripted.drag import drag
 from baselines.scripted.gains import PathGains
 
 SEGMENTS = 4
@@ -49,7 +50,7 @@ class PathPlanner:
 
         The candidates are shortest paths of bounded curvature with a final straight, on which
         the vessel recovers from the turn and slows down. Wide arcs and long straights are easier
-        to follow: the cost is the path length, plus what is worth of them given up.
+        to follow, so they make up for some path length in the cost.
 
         Args:
             goal: (W,) positions in the vessel's frame, m.
@@ -78,6 +79,17 @@ class PathPlanner:
         """
         coasting = coasting_speed(self._vessel, np.maximum(remaining + self._overshoot, 0.0))
         return np.minimum(self.gains.speed, self.gains.braking * coasting)
+
+    def force(self, remaining: Float, speed: Float, gain: float) -> Float:
+        """Force (...) N that brings a vessel to its timetable, from speeds (...) in m/s.
+
+        It is the drag, less what slows the vessel down, and the mass times ``gain`` (1/s) times
+        the speed error.
+        """
+        wanted = self.speed(remaining)
+        resistance = drag(self._vessel.sway, wanted)
+        resistance *= np.where(wanted < self.gains.speed, 1 - self.gains.braking, 1.0)
+        return resistance + gain * self._vessel.total_mass * (wanted - speed)
 
     def time(self, remaining: Float) -> Float:
         """Time (...) s that the vessel needs for the path lengths (...) in m that remain."""

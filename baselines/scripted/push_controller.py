@@ -6,8 +6,6 @@ Boats at the side exert the force and the moment, those at the ends the force al
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from asv_env.geometry import direction
@@ -15,9 +13,10 @@ from asv_env.params import EnvParams
 from asv_env.physics.autopilot import bandwidth
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Sensed
-from baselines.scripted.allocation import allocate
+from baselines.scripted.allocation import TINY, allocate
 from baselines.scripted.drag import drag
 from baselines.scripted.gains import PushGains, Tolerances
+from baselines.scripted.observer import VesselMemory
 from baselines.scripted.path_following import PathFollower, PathMemory
 from baselines.scripted.planner import PathPlanner
 
@@ -33,29 +32,6 @@ LEAST_SPEED = 0.02
 """Floor of a boat's speed where a heading follows from it, m/s."""
 LEAST_FORCE = 1e-3
 """Floor of divisors that are forces, N, or sway damping, kg/s."""
-TINY = 1e-6
-"""Floor of a distance by which another is divided, m."""
-
-
-@dataclass
-class Contact:
-    """The hull as each boat meets it at its place.
-
-    Attributes:
-        gap: (W, A) from the boat to its place, in the vessel's frame, m.
-        forward: (W, A) velocity of the hull there towards -n, m/s.
-        sideways: (W, A) velocity of the hull there along +u, m/s.
-        yaw_rate: (W, 1) of the vessel, rad/s.
-        surge_drag: (W, A) drag of a boat that goes forward with the hull, N.
-        sway_damping: (W, A) force per velocity of a boat that goes sideways with it, kg/s.
-    """
-
-    gap: Complex
-    forward: Float
-    sideways: Float
-    yaw_rate: Float
-    surge_drag: Float
-    sway_damping: Float
 
 
 class PushController:
@@ -74,46 +50,45 @@ class PushController:
         self._vessel, self._boat = params.hulls()
         self._gains = gains
         self._follower = PathFollower(self._vessel, planner, gains, tolerances)
-        self._full_drag = drag(self._vessel.sway, planner.gains.speed)
+        self._drag = drag(self._vessel.sway, planner.gains.speed)
 
     def act(
         self,
         relations: Relations,
         sensed: Sensed,
-        drift: Complex,
+        vessel: VesselMemory,
         memory: PathMemory,
-        replan: Bool,
-    ) -> tuple[Float, Complex, Float]:
-        """Commands for the boats, and what they exert by them.
+        begins: Bool,
+    ) -> Float:
+        """Speed m/s and yaw rate rad/s (W, A, 2) of the boats.
 
         Args:
             relations: estimated relations.
-            sensed: measurement, for slots and failures: a failed boat is left out.
-            drift: (W,) velocity of the water, m/s, world frame.
+            sensed: measurement, for slots and failures; failed boats are left out.
+            vessel: estimates, for the drift; receives what the boats exert.
             memory: the paths, which are updated.
-            replan: (W,) worlds that need a new path.
-
-        Returns:
-            Speed m/s and yaw rate rad/s (W, A, 2); force (W,) on the vessel in its frame, N;
-            moment (W,), N m.
+            begins: (W,) worlds where a push begins.
         """
-        self._follower.plan(relations, drift, memory, replan)
-        at_end = np.abs(sensed.slot.real) > self._vessel.length / 2
+        gains, at_end = self._gains, np.abs(sensed.slot.real) > self._vessel.length / 2
         pushing = sensed.working & ~at_end
         caged = np.asarray((sensed.working & at_end).any(axis=1))
-        demand = self._follower.demand(relations, drift, caged, memory)
+        self._follower.plan(relations, vessel.drift, memory, begins | memory.replan)
+        forward, along, moment = self._follower.wrench(relations, vessel.drift, caged, memory)
         places = self.places(sensed.slot, pushing)
-        force, moment = self.allocate(demand.forward, demand.moment, places.real, pushing)
-        contact = self._contact(relations, places)
+        reserve, least = gains.moment_reserve * self._drag, gains.contact_force * self._drag
+        force, vessel.moment = allocate(forward, moment, places.real, pushing, reserve, least)
+        vessel.force = along - 1j * force.sum(axis=1)
+        gap, yaw_rate = places - relations.boat, relations.yaw_rate[:, :1]
+        hull = (relations.velocity[:, 0] * relations.heading[:, 0].conj())[:, None]
+        hull = hull + 1j * yaw_rate * places
         speed, offset = np.where(
             at_end,
-            self._end_command(contact, np.sign(places.real), demand.along),
-            self._side_command(contact, force),
+            self._end_command(gap, hull, yaw_rate, np.sign(places.real), along),
+            self._side_command(gap, hull, yaw_rate, force),
         )
         turn = direction(offset - np.pi / 2) * relations.heading[:, :1] / relations.heading[:, 1:]
-        yaw_rate = self._gains.heading_gain * np.arctan2(turn.imag, turn.real)
-        command = np.stack([speed, contact.yaw_rate + yaw_rate], axis=-1)
-        return command, demand.along - 1j * force.sum(axis=1), moment
+        yaw_rate = yaw_rate + gains.heading_gain * np.arctan2(turn.imag, turn.real)
+        return np.stack([speed, yaw_rate], axis=-1)
 
     def places(self, slot: Complex, pushing: Bool) -> Complex:
         """Places of the boats (W, A), m: those that push are spread as far as the ends allow."""
@@ -122,68 +97,50 @@ class PushController:
         spread = np.clip(room / np.maximum(farthest, TINY), 1.0, self._gains.spread)
         return np.where(pushing, spread, 1.0) * slot.real + 1j * slot.imag
 
-    def allocate(
-        self, forward: Float, moment: Float, position: Float, pushing: Bool
+    def _side_command(
+        self, gap: Complex, hull: Complex, yaw_rate: Float, force: Float
     ) -> tuple[Float, Float]:
-        """See ``allocation.allocate``."""
-        reserve = self._gains.moment_reserve * self._full_drag
-        contact = self._gains.contact_force * self._full_drag
-        return allocate(forward, moment, position, pushing, reserve, contact)
-
-    def _contact(self, relations: Relations, places: Complex) -> Contact:
-        """The hull as the boats meet it at their places (W, A)."""
-        velocity = (relations.velocity[:, 0] * relations.heading[:, 0].conj())[:, None]
-        yaw_rate = relations.yaw_rate[:, :1]
-        forward = -velocity.imag - yaw_rate * places.real
-        sideways = velocity.real - yaw_rate * places.imag
-        return Contact(
-            gap=places - relations.boat,
-            forward=forward,
-            sideways=sideways,
-            yaw_rate=yaw_rate,
-            surge_drag=drag(self._boat.surge, forward),
-            sway_damping=self._boat.sway[0] + self._boat.sway[1] * np.abs(sideways),
-        )
-
-    def _side_command(self, contact: Contact, force: Float) -> tuple[Float, Float]:
         """Speed and yaw offset (W, A) of side boats: the hull's, and more by their force.
 
         The autopilot turns an excess of speed into thrust. Friction takes the boats along with
         the hull, which hinders its turning; a yaw offset by which their thrust would take them
         along by itself takes some of that away. Too much of it would push the vessel sideways.
+
+        Args:
+            gap: (W, A) from each boat to its place, in the vessel's frame, m.
+            hull: (W, A) velocity of the hull there, in the vessel's frame, m/s.
+            yaw_rate: (W, 1) of the vessel, rad/s.
+            force: (W, A) wanted towards -n, N.
         """
-        gains, boat = self._gains, self._boat
-        force_per_speed = boat.total_mass * bandwidth(boat)
-        sideways = boat.total_mass * contact.yaw_rate * contact.forward
-        sideways = sideways + contact.sway_damping * contact.sideways
-        per_offset = np.maximum(force, 0.0) + np.maximum(contact.surge_drag, 0.0)
-        per_offset += contact.sway_damping * np.maximum(contact.forward, 0.0)
-        friction = gains.friction_compensation * sideways / np.maximum(per_offset, LEAST_FORCE)
-        to_place = gains.yaw_offset_gain * contact.gap.real
+        gains, boat, forward = self._gains, self._boat, -hull.imag
+        sway_damping = boat.sway[0] + boat.sway[1] * np.abs(hull.real)
+        sway_force = boat.total_mass * yaw_rate * forward + sway_damping * hull.real
+        per_offset = np.maximum(force, 0.0) + np.maximum(drag(boat.surge, forward), 0.0)
+        per_offset += sway_damping * np.maximum(forward, 0.0)
+        friction = gains.friction_compensation * sway_force / np.maximum(per_offset, LEAST_FORCE)
+        to_place = gains.yaw_offset_gain * gap.real
         offset = np.clip(to_place, -MAX_PLACE_OFFSET, MAX_PLACE_OFFSET)
         offset += np.clip(friction, -MAX_FRICTION_OFFSET, MAX_FRICTION_OFFSET)
-        speed = contact.forward + gains.gap_gain * np.maximum(-contact.gap.imag, 0.0)
-        return speed * np.cos(offset) + force / force_per_speed, offset
+        speed = forward + gains.gap_gain * np.maximum(-gap.imag, 0.0)
+        return speed * np.cos(offset) + force / (boat.total_mass * bandwidth(boat)), offset
 
-    def _end_command(self, contact: Contact, end: Float, force: Float) -> tuple[Float, Float]:
+    def _end_command(
+        self, gap: Complex, hull: Complex, yaw_rate: Float, end: Float, force: Float
+    ) -> tuple[Float, Float]:
         """Speed and yaw offset (W, A) of end boats: they go with the hull and press on it.
 
         The water carries a boat whose heading is off its course sideways, so that a small yaw
-        offset presses hard.
-
-        Args:
-            contact: the hull as the boats meet it.
-            end: (W, A) -1 or +1, at which end a boat is.
-            force: (W,) wanted along the hull, N.
+        offset presses hard. Arguments as for ``_side_command``, but for ``end``, (W, A) -1 or +1,
+        at which end a boat is, and ``force``, (W,) wanted along the hull, N.
         """
         gains, boat = self._gains, self._boat
-        forward = np.maximum(contact.forward, LEAST_SPEED)
-        course = np.arctan2(contact.sideways + gains.lateral_gain * contact.gap.real, forward)
-        drift_angle = boat.total_mass * contact.yaw_rate / max(boat.sway[0], LEAST_FORCE)
-        press = np.maximum(-force[:, None] * end, 0.0) + gains.min_end_force
+        forward = np.maximum(-hull.imag, LEAST_SPEED)
+        course = np.arctan2(hull.real + gains.lateral_gain * gap.real, forward)
+        drift_angle = boat.total_mass * yaw_rate / max(boat.sway[0], LEAST_FORCE)
         per_offset = (boat.sway[0] + boat.sway[1] * LEAST_SPEED) * forward
-        per_offset = per_offset + np.maximum(contact.surge_drag, LEAST_FORCE)
+        per_offset = per_offset + np.maximum(drag(boat.surge, -hull.imag), LEAST_FORCE)
+        press = np.maximum(-force[:, None] * end, 0.0) + gains.min_end_force
         inwards = np.minimum(press / per_offset, MAX_PRESS_OFFSET)
         offset = course + gains.drift_compensation * drift_angle - end * inwards
-        speed = contact.forward - 2 * gains.gap_gain * contact.gap.imag
+        speed = -hull.imag - 2 * gains.gap_gain * gap.imag
         return speed, np.clip(offset, -MAX_END_OFFSET, MAX_END_OFFSET)

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from copy import deepcopy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.physics import autopilot
 from asv_env.tasks.formation import Relations, relate
-from asv_env.types import Action, Bool, Float, Observation, Sensed, put_rows, rows
+from asv_env.types import Action, Bool, Observation, Sensed, put_rows, rows
 from baselines.mirror import seen_from
 from baselines.scripted.docking import GraspMemory
 from baselines.scripted.gains import GraspGains, PathGains, PushGains, Tolerances
@@ -48,12 +49,8 @@ class Memory:
     @classmethod
     def empty(cls, worlds: int, team: int) -> Memory:
         """Memory of worlds that are all fresh."""
-        return cls(
-            pushing=np.zeros(worlds, dtype=np.bool_),
-            vessel=VesselMemory.empty(worlds),
-            grasp=GraspMemory.empty(worlds, team),
-            path=PathMemory.empty(worlds),
-        )
+        grasp, path = GraspMemory.empty(worlds, team), PathMemory.empty(worlds)
+        return cls(np.zeros(worlds, dtype=np.bool_), VesselMemory.empty(worlds), grasp, path)
 
 
 class ScriptedPolicy:
@@ -83,7 +80,7 @@ class ScriptedPolicy:
                 f"action_mode = {params.action_mode!r}: the scripted policy speaks "
                 "'tracking', forward speed and yaw rate; make the environment with it"
             )
-        self._has_goal = params.task.name != "approach"
+        self._has_goal = params.definition.has_goal
         self._lost = LOST * params.vessel.length
         self._observer = VesselObserver(params)
         self._grasp = GraspController(params, grasp)
@@ -91,11 +88,7 @@ class ScriptedPolicy:
         self._push = PushController(params, planner, push, tolerances)
 
     def act(
-        self,
-        sensed: Sensed,
-        observation: Observation,
-        memory: Memory | None,
-        fresh: Bool,
+        self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
         side = np.where(sensed.side < 0, -1.0, 1.0)
@@ -111,10 +104,20 @@ class ScriptedPolicy:
 
         before = memory.pushing
         memory.pushing = self._next_phase(relations, sensed, before & ~fresh)
-        changed = fresh | (memory.pushing != before)
+        begins = fresh | (memory.pushing != before)
         command = np.zeros((*sensed.slot.shape, 2))
-        self._approach(relations, sensed, memory, changed, command)
-        self._carry(relations, sensed, memory, changed | memory.path.replan, command)
+        phases: tuple[tuple[Any, Any, Bool], ...] = (
+            (self._grasp, memory.grasp, ~memory.pushing),
+            (self._push, memory.path, memory.pushing),
+        )
+        for phase, phase_memory, where in phases:
+            here = np.flatnonzero(where)
+            if len(here):
+                known = rows(relations, here), rows(sensed, here)
+                own, vessel = rows(phase_memory, here), rows(memory.vessel, here)
+                command[here] = phase.act(*known, vessel, own, begins[here])
+                put_rows(phase_memory, here, own)
+                put_rows(memory.vessel, here, vessel)
         command[..., 1] *= side[:, None]
         action = np.clip(command / autopilot.SCALE, -1.0, 1.0)
         return action.astype(np.float32), memory
@@ -123,39 +126,3 @@ class ScriptedPolicy:
         """Worlds (W,) in the phase PUSH: from closure on, until a boat is far from its slot."""
         near = (relations.slot_error < self._lost) | ~sensed.working
         return (sensed.closed | (pushing & near.all(axis=1))) & self._has_goal
-
-    def _approach(
-        self,
-        relations: Relations,
-        sensed: Sensed,
-        memory: Memory,
-        restart: Bool,
-        command: Float,
-    ) -> None:
-        """Fills in the command (W, A, 2) of the worlds that are in the phase APPROACH."""
-        here = np.flatnonzero(~memory.pushing)
-        if len(here):
-            grasp = rows(memory.grasp, here)
-            command[here] = self._grasp.act(
-                rows(relations, here), rows(sensed, here), grasp, restart[here]
-            )
-            put_rows(memory.grasp, here, grasp)
-
-    def _carry(
-        self,
-        relations: Relations,
-        sensed: Sensed,
-        memory: Memory,
-        replan: Bool,
-        command: Float,
-    ) -> None:
-        """Fills in the command of the worlds in the phase PUSH, and predicts what comes of it."""
-        here = np.flatnonzero(memory.pushing)
-        force, moment = np.zeros(len(replan), dtype=np.complex128), np.zeros(len(replan))
-        if len(here):
-            path, drift = rows(memory.path, here), memory.vessel.drift[here]
-            command[here], force[here], moment[here] = self._push.act(
-                rows(relations, here), rows(sensed, here), drift, path, replan[here]
-            )
-            put_rows(memory.path, here, path)
-        self._observer.predict(memory.vessel, force, moment)

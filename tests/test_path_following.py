@@ -1,0 +1,102 @@
+"""Where the vessel is on its path, and when it gets a new one."""
+
+import functools
+
+import numpy as np
+import pytest
+from helpers import decide, known_at_start, moved
+from hypothesis import given
+from hypothesis import strategies as st
+
+from asv_env import make_params
+from asv_env.geometry import wrap
+from asv_env.tasks.formation import relate
+from baselines.paper.arcs import ArcPath
+from baselines.scripted import PathGains, PathPlanner, PushGains, ScriptedPolicy, Tolerances
+from baselines.scripted.path_following import OFF_PATH, PAST_GOAL, PathFollower, PathMemory
+
+
+@functools.cache
+def planner_of(params):
+    return PathPlanner(params.hulls()[0], PathGains())
+
+
+def path_of(memory):
+    return ArcPath(memory.start, memory.curvature, memory.length)
+
+
+def planned(params, sensed, drift):
+    """Follower and memory of paths that begin where the vessels are."""
+    worlds = len(sensed.side)
+    planner, memory = planner_of(params), PathMemory.empty(worlds)
+    follower = PathFollower(params.hulls()[0], planner, PushGains(), Tolerances())
+    relations = relate(sensed.measured, sensed.goal, sensed.slot, sensed.side)
+    follower.plan(relations, drift, memory, np.ones(worlds, dtype=bool))
+    return follower, memory
+
+
+@given(st.floats(0.05, 0.95), st.floats(-0.05, 0.05), st.floats(-0.5, 0.5))
+def test_vessel_knows_where_it_is_on_its_path(share, aside, turned):
+    """Beside the path abreast of a point of it, and turned off its heading there."""
+    params = make_params("push", goal=(0.8, -1.0, 0.7))
+    sensed, still = known_at_start(params, [0]), np.zeros(1, complex)
+    follower, memory = planned(params, sensed, still)
+    total = memory.length.sum()
+    abreast = path_of(memory).pose_at(share * total)[0]
+    off_path = np.array([aside * np.cos(abreast[2]), aside * np.sin(abreast[2]), turned])
+    placed = moved(sensed, (abreast + off_path)[None])
+    relations = relate(placed.measured, placed.goal, placed.slot, placed.side)
+    speed = np.array([0.05])
+    for _ in range(60):
+        seen = follower.track(relations, still, speed, memory)
+    offset, off, left, curvature = seen
+    assert offset[0] == pytest.approx(aside, abs=1e-6)
+    assert off[0] == pytest.approx(turned, abs=1e-6)
+    assert left[0] == pytest.approx((1 - share) * total, abs=1e-6)
+    ends = np.cumsum(memory.length[0])
+    ahead = share * total + speed * follower.preview_times
+    sharp = np.abs(ahead[:, None] - ends).min(axis=1) < 1e-4
+    segment = (ahead[:, None] >= ends).sum(axis=1)
+    expected = np.append(memory.curvature[0], 0.0)[segment]
+    np.testing.assert_array_equal(curvature[0, ~sharp], expected[~sharp])
+
+
+def test_path_and_water_meet_at_the_goal():
+    """The water carries what follows the path to the goal when its time is over."""
+    params, seeds = make_params("push"), range(50)
+    rng = np.random.default_rng(0)
+    sensed = moved(
+        known_at_start(params, seeds), rng.uniform(-1, 1, (len(seeds), 3)) * [0.5, 0.5, np.pi]
+    )
+    drift = 0.01 * np.exp(1j * rng.uniform(-np.pi, np.pi, len(seeds)))
+    _, memory = planned(params, sensed, drift)
+    pose = path_of(memory).end
+    np.testing.assert_allclose(pose[:, :2], sensed.goal[:, :2], atol=1e-9)
+    np.testing.assert_allclose(wrap(pose[:, 2] - sensed.goal[:, 2]), 0.0, atol=1e-9)
+    carried = drift * planner_of(params).time(memory.length.sum(axis=1))
+    begins = memory.start[:, 0] + 1j * memory.start[:, 1] - carried
+    vessel = sensed.measured[:, 0, 0] + 1j * sensed.measured[:, 0, 1]
+    assert np.median(np.abs(begins - vessel)) < 0.02 * params.vessel.length
+
+
+@pytest.mark.parametrize(
+    ("along", "across", "missed"),
+    [(0.5 * PAST_GOAL, 0.0, False), (2 * PAST_GOAL, 0.0, True), (-1.0, 0.9 * OFF_PATH, False),
+     (-1.0, 1.1 * OFF_PATH, True), (-1.0, -1.1 * OFF_PATH, True)],
+)  # fmt: skip
+def test_a_vessel_that_misses_its_goal_gets_a_new_path(along, across, missed):
+    """Straight ahead of the goal by so many lengths, and beside its path."""
+    params = make_params("push", goal=(0.0, -1.0, 0.0))
+    sensed, policy = known_at_start(params, [0]), ScriptedPolicy(params)
+    _, memory = decide(policy, sensed)
+    path, length = memory.path, params.vessel.length
+    assert path.length.sum() == pytest.approx(1.0, abs=1e-9)
+    there = moved(sensed, np.array([[across * length, -1.0 - along * length, 0.0]]))
+    for _ in range(2):
+        _, memory = decide(policy, there, memory)
+    if not missed:
+        np.testing.assert_array_equal(memory.path.start, path.start)
+        np.testing.assert_array_equal(memory.path.length, path.length)
+        return
+    np.testing.assert_allclose(memory.path.start[0], there.measured[0, 0, :3], atol=1e-5)
+    np.testing.assert_allclose(path_of(memory.path).end[0, :2], params.task.goal[:2], atol=1e-9)
