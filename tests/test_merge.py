@@ -1,4 +1,4 @@
-"""Policies are put beside published ones only where the episodes are the same."""
+"""Policies are added to published results only where the episodes are the same."""
 
 import json
 import shutil
@@ -6,102 +6,148 @@ from dataclasses import replace
 
 import pytest
 
-from baselines import evaluate
+from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.publish import merge
 from baselines.evaluate.results import of_rows, read_csv, write_csv
-from baselines.evaluate.suites import SUITES
+from baselines.evaluate.summary import summarise
+from baselines.policy import POLICIES
+from baselines.rollout import runner
+from baselines.rollout.episodes import Label
 
-SUITE = ["--suite", "plane-v1", "--workers", "0"]
+SHORT = {"time_limit": 3.0}
+SUITE = Suite(
+    "short-v1",
+    "Episodes of a few seconds.",
+    (Condition("nominal", options=SHORT), Condition("noisy", scenario="noisy", options=SHORT)),
+    seed=3_000_000,
+)
+
+
+def write_run(folder, policy, episodes):
+    """Runs a policy, and writes what the evaluation leaves of it."""
+    suite = SUITE.first(episodes)
+    rows = [
+        log.episode
+        for condition in suite.conditions
+        for log in runner.run(
+            POLICIES[policy], condition.params, suite.seeds, episodes,
+            Label(policy, None, condition.name, condition.scenario),
+        )
+    ]  # fmt: skip
+    results = of_rows(suite, rows)
+    origin = {"suite": suite.name, "task": "transport", "set of episodes": suite.digest()}
+    summary = {
+        "suite": suite.name,
+        "about": suite.about,
+        "episodes": episodes,
+        "seeds": [suite.seeds[0], suite.seeds[-1]],
+        "origin": {**origin, "state of the code": "c0de", "set of libraries": {"pymunk": "7"}},
+        "policies": {policy: [policy]},
+        **summarise(results),
+    }
+    folder.mkdir()
+    write_csv(folder / "episodes.csv", results)
+    (folder / "summary.json").write_text(json.dumps(summary))
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Results of one policy, and a run of another with more episodes."""
-    folder = tmp_path_factory.mktemp("beside")
-    for name, policy, episodes in (("published", "idle", 3), ("run", "random", 4)):
-        options = ["--policies", policy, "--episodes", str(episodes), "--out", str(folder / name)]
-        evaluate.main([*SUITE, *options])
+    folder = tmp_path_factory.mktemp("merge")
+    write_run(folder / "published", "idle", 3)
+    write_run(folder / "run", "random", 4)
     return folder
 
 
 @pytest.fixture
-def folder(made, tmp_path):
+def folder(made, tmp_path, monkeypatch):
+    monkeypatch.setattr(merge, "SUITES", {SUITE.name: SUITE})
     shutil.copytree(made, tmp_path / "here")
     return tmp_path / "here"
 
 
-def refusal(folder, capsys):
+def merged(folder, checked):
+    arguments = [str(folder / "run"), str(folder / "published"), "--checked", str(checked)]
+    merge.main(arguments)
+
+
+def refusal(folder, checked=1):
     before = (folder / "published/episodes.csv").read_bytes()
-    with pytest.raises(SystemExit):
-        merge.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+    with pytest.raises(SystemExit) as refused:
+        merged(folder, checked)
     assert (folder / "published/episodes.csv").read_bytes() == before
-    return capsys.readouterr().err
+    return str(refused.value)
+
+
+def change_first_error(folder, difference):
+    file = folder / "published/episodes.csv"
+    error = str(read_csv(file)[0].position_error)
+    file.write_text(file.read_text().replace(error, str(float(error) + difference)))
 
 
 def test_policies_are_added(folder):
     old = read_csv(folder / "published/episodes.csv")
-    new = [row for row in read_csv(folder / "run/episodes.csv") if row.seed < 3_000_002]
-    for _ in range(2):  # those that are there already are replaced
-        merge.main([str(folder / "run"), str(folder / "published")])
+    new = [row for row in read_csv(folder / "run/episodes.csv") if row.seed <= 3_000_002]
+    for _ in range(2):  # policies that are there already are replaced
+        merged(folder, 5)
         rows = read_csv(folder / "published/episodes.csv")
         assert len(rows) == 12
         assert all(row in rows for row in [*old, *new])
     summary = json.loads((folder / "published/summary.json").read_text())
     assert list(summary["policies"]) == ["idle", "random"]
     assert set(summary["conditions"]["noisy"]["policies"]) == {"idle", "random"}
-    assert summary["added"]["random"]["suite"] == "plane-v1"
+    assert summary["added"]["random"]["suite"] == "short-v1"
     assert "random" in (folder / "published/report.md").read_text()
 
 
-def test_episodes_that_come_out_otherwise_are_not_kept(folder, capsys):
-    file = folder / "published/episodes.csv"
-    rows = file.read_text().splitlines(keepends=True)
-    cells = rows[1].split(",")
-    cells[12] = "0.25"  # position_error
-    file.write_text("".join([rows[0], ",".join(cells), *rows[2:]]))
-    said = "idle, nominal: 1 of 1 episodes come out otherwise than published, seed 3000000"
-    assert said in refusal(folder, capsys)
+def test_a_replaced_policy_comes_last_and_is_compared_with_the_first(folder, made):
+    merged(folder, 1)
+    shutil.rmtree(folder / "run")
+    write_run(folder / "run", "idle", 3)
+    merged(folder, 1)
+    summary = json.loads((folder / "published/summary.json").read_text())
+    assert list(summary["policies"]) == ["random", "idle"]
+    assert "Compared with random" in (folder / "published/report.md").read_text()
+
+
+def test_episodes_that_differ_are_not_kept(folder):
+    change_first_error(folder, 0.25)
+    words = "idle, nominal: 1 of 1 episodes differ from the published ones, seed 3000000"
+    assert words in refusal(folder)
 
 
 def test_rounding_of_another_processor_does_not_count(folder):
-    file = folder / "published/episodes.csv"
-    error = str(read_csv(file)[0].position_error)
-    file.write_text(file.read_text().replace(error, str(float(error) + 1e-9)))
-    merge.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+    change_first_error(folder, 1e-9)
+    merged(folder, 1)
 
 
 def test_one_episode_in_which_rounding_has_grown_does_not_count(folder):
-    file = folder / "published/episodes.csv"
-    error = str(read_csv(file)[0].position_error)
-    file.write_text(file.read_text().replace(error, str(float(error) + 1e-3)))
-    merge.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
+    change_first_error(folder, 1e-3)
+    merged(folder, 3)
 
 
-def test_one_episode_that_ends_otherwise_counts(folder, capsys):
+def test_one_episode_that_ends_differently_counts(folder):
     file = folder / "published/episodes.csv"
     rows = read_csv(file)
     rows[0] = replace(rows[0], cause="strayed", position_error=1.0)
-    write_csv(file, of_rows(SUITES["plane-v1"].first(3), rows))
-    with pytest.raises(SystemExit):
-        merge.main([str(folder / "run"), str(folder / "published"), "--checked", "3"])
-    assert "idle, nominal: 1 of 3 episodes come out otherwise" in capsys.readouterr().err
+    write_csv(file, of_rows(SUITE.first(3), rows))
+    assert "idle, nominal: 1 of 3 episodes differ" in refusal(folder, 3)
 
 
-def test_what_the_reward_weighs_does_not_count(folder):
+def test_weights_of_the_reward_do_not_count(folder):
     file = folder / "published/episodes.csv"
-    rows = read_csv(file)
-    changed = file.read_text().replace(str(rows[0].episode_return), "0.125")
-    file.write_text(changed)
-    merge.main([str(folder / "run"), str(folder / "published"), "--checked", "1"])
+    episode_return = str(read_csv(file)[0].episode_return)
+    file.write_text(file.read_text().replace(episode_return, "0.125"))
+    merged(folder, 1)
 
 
-def test_runs_that_cannot_be_compared_are_refused(folder, capsys):
+def test_runs_that_cannot_be_compared_are_refused(folder):
     file = folder / "run/summary.json"
     summary = json.loads(file.read_text())
     file.write_text(json.dumps({**summary, "episodes": 1}))
-    assert "run it with --episodes 3" in refusal(folder, capsys)
+    assert "run it with --episodes 3" in refusal(folder)
     summary["origin"]["set of libraries"]["pymunk"] = "0"
     file.write_text(json.dumps(summary))
-    assert "set of libraries is" in refusal(folder, capsys)
+    assert "set of libraries is" in refusal(folder)
     shutil.rmtree(folder / "run")
-    assert "summary.json" in refusal(folder, capsys)
+    assert "summary.json" in refusal(folder)

@@ -11,6 +11,7 @@ import pytest
 from baselines.evaluate.publish import pages
 from baselines.evaluate.results import of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
+from baselines.evaluate.summary import summarise
 from baselines.rollout.episodes import Episode
 
 ROOT = Path(__file__).parents[1]
@@ -22,8 +23,9 @@ SUITE = SUITES["plane-v1"]
 def row(condition, seed, policy="one", **changes):
     """An episode of a suite's condition, made up."""
     values = {
-        "seed": seed, "policy": policy, "training_seed": None, "condition": condition.name, "task": condition.task,
-        "scenario": condition.scenario, "num_boats": 4, "success": True, "cause": None, "goal_x": 0.1,
+        "seed": seed, "policy": policy, "training_seed": None, "condition": condition.name,
+        "task": condition.task, "scenario": condition.scenario, "num_boats": 4, "success": True,
+        "cause": None, "goal_x": 0.1,
         "goal_y": -1 / 3, "goal_heading": None, "position_error": 1e-17, "heading_error": -0.1,
         "min_position_error": 0.01, "heading_error_at_min": 0.02, "time_to_closure": None,
         "closure_spread": None, "time_to_goal": 70.1, "duration": 70.1, "path_length_ratio": 1.5,
@@ -106,7 +108,7 @@ def command(folder, *more):
     pages.main(["--results", str(folder), "--page", str(folder / "page.md"), *more])
 
 
-def test_pages_say_what_the_rows_do(folder):
+def test_pages_show_the_numbers_of_the_rows(folder):
     command(folder)
     page = (folder / "page.md").read_text(encoding="utf-8")
     assert page.startswith("before\n")
@@ -115,6 +117,23 @@ def test_pages_say_what_the_rows_do(folder):
     conditions = (folder / "README.md").read_text(encoding="utf-8")
     assert "| one | 100.0% [43.9, 100.0] |" in conditions
     assert "| two | 0.0% [0.0, 56.1] | −100.0 [" in conditions
+
+
+def test_a_report_that_differs_from_its_summary_is_written_again(folder):
+    results = of_rows(SUITE, read_csv(folder / "plane-v1/episodes.csv"))
+    origin = {"set of episodes": "a", "state of the code": "b", "set of libraries": {"pymunk": "7"}}
+    summary = {
+        "suite": "plane-v1",
+        "about": SUITE.about,
+        "seeds": [3_000_000, 3_000_002],
+        "origin": origin,
+        "policies": {"one": ["one"], "two": ["two"]},
+        **summarise(results),
+    }
+    (folder / "plane-v1/summary.json").write_text(json.dumps(summary))
+    (folder / "plane-v1/report.md").write_text("another report")
+    command(folder)
+    assert "Compared with one" in (folder / "plane-v1/report.md").read_text(encoding="utf-8")
 
 
 def test_stale_pages_are_named_and_left_alone(folder):
@@ -130,15 +149,13 @@ def test_stale_pages_are_named_and_left_alone(folder):
         command(folder, "--check")
 
 
-def test_a_page_without_a_place_and_a_folder_without_results_are_refused(folder, capsys):
+def test_a_page_without_marks_and_a_folder_without_results_are_refused(folder):
     (folder / "page.md").write_text("nothing")
-    with pytest.raises(SystemExit):
+    with pytest.raises(SystemExit, match="the page needs a line"):
         command(folder)
-    assert "the page needs a line" in capsys.readouterr().err
     shutil.rmtree(folder / "plane-v1")
-    with pytest.raises(SystemExit):
+    with pytest.raises(SystemExit, match="no results of suites"):
         command(folder)
-    assert "no results of suites" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
@@ -149,10 +166,10 @@ def test_the_published_summary_is_that_of_the_published_rows(name):
     assert summary["episodes"] == results.suite.episodes
     for condition in results.suite.conditions:
         for policy in results.policies:
-            told = summary["conditions"][condition.name]["policies"][policy]
-            assert told["success"]["value"] == results.success(condition.name, policy).mean()
+            found = summary["conditions"][condition.name]["policies"][policy]
+            assert found["success"]["value"] == results.success(condition.name, policy).mean()
             distance = results.column(condition.name, policy, "min_position_error")
-            assert told["min_position_error"]["median"] == np.median(distance)
+            assert found["min_position_error"]["median"] == np.median(distance)
 
 
 def test_the_pages_of_this_repository_are_not_stale(monkeypatch):

@@ -1,1 +1,1 @@
-"""Published results on the pages of this repository."""
+"""Writes published results onto the pages of this repository, and adds policies to them."""

@@ -1,20 +1,20 @@
-"""The part of a page that a command writes, between two marks."""
+"""The part of a page that a command writes, between a line that starts it and one that ends it."""
 
 from __future__ import annotations
 
 
 def check(text: str, start: str, end: str) -> None:
-    """Whether a page can take it.
+    """Checks that a page has both lines, once each and in their order.
 
     Raises:
-        ValueError: it has not just one mark of each kind, in their order.
+        ValueError: it has not.
     """
     if text.count(start) != 1 or text.count(end) != 1 or text.index(start) > text.index(end):
         raise ValueError(f"the page needs a line {start!r} and below it a line {end!r}, once each")
 
 
 def replaced(text: str, start: str, end: str, content: str) -> str:
-    """The text of a page with something else between its marks.
+    """Returns the text of a page with other content between the two lines.
 
     Raises:
         ValueError: see ``check``.

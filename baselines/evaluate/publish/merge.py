@@ -1,23 +1,24 @@
-"""Adds policies to published results: ``python -m baselines.evaluate.publish.merge RUN FOLDER``.
+"""Adds policies to published results: ``python -m baselines.evaluate.publish.merge RUN PUBLISHED``.
 
-Thousands of episodes of the scripted policies need not be run again for a policy that comes later.
-They are kept if the suite and the libraries are the same, and if the first of them, run again in
-every condition with the code as it is, come out the same but for rounding, which differs between
-processors. In a few it may have grown: a team that chases a vessel for minutes in moving water
-magnifies it. Other code would change them all, so most have to be the same, and the others have to
-end alike. The return does not count, whose weights may have changed.
+The episodes of the published policies are not all run again. They are kept if the suite and the
+libraries are the same, and if the first episodes of every condition, run again with the present
+code, come out the same but for rounding, which differs between processors. In a few episodes
+rounding may have grown, as when a team chases a vessel for minutes in moving water, but other code
+would change them all: more than half must be the same, and the others must end alike. The return is
+not compared, because the weights of the reward may have changed.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
+import sys
 from collections.abc import Sequence
-from dataclasses import astuple, replace
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import tyro
 from tqdm import tqdm
 
 from baselines.evaluate.conditions import Suite
@@ -29,26 +30,63 @@ from baselines.evaluate.summary import summarise
 from baselines.rollout import runner
 from baselines.rollout.episodes import Episode, Label
 
+PROGRAM = "python -m baselines.evaluate.publish.merge"
 ROWS, SUMMARY, REPORT = "episodes.csv", "summary.json", "report.md"
 SAME = ("suite", "task", "set of episodes", "set of libraries")
-"""Of what two runs are made, where they can be compared."""
+"""Entries of the provenance that must be the same in both runs."""
 ROUNDING = 1e-6
-"""Relative and in m, rad and s: to which the same episode comes out on another processor."""
+"""Tolerance within which numbers of an episode are the same, relative and in m, rad and s."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Adds the policies of a run to published results of the same suite."""
+
+    run: tyro.conf.Positional[Path]
+    """Folder of the run, with as many episodes of each condition or more."""
+    published: tyro.conf.Positional[Path]
+    """Folder of the published results."""
+    checked: int = 5
+    """Number of episodes of each condition and published policy that are run again."""
 
 
 def add(run: Path, published: Path, checked: int) -> None:
-    """Adds the policies of a run to published results, in place of those of the same names.
+    """Adds the policies of a run to published results; they replace those of the same names.
 
     Args:
         run: folder of a run of the same suite, with as many episodes or more.
         published: folder of the results.
-        checked: episodes of each condition and published policy that are run again.
+        checked: number of episodes of each condition and published policy that are run again.
 
     Raises:
-        ValueError: they cannot be compared.
+        ValueError: the runs cannot be compared.
         FileNotFoundError: a folder holds no results.
     """
-    new, old = _summary(run), _summary(published)
+    new, old = (json.loads((each / SUMMARY).read_text("utf-8")) for each in (run, published))
+    _check_provenance(run, new, published, old)
+    suite = SUITES[old["suite"]].first(old["episodes"])
+    kept = [row for row in read_csv(published / ROWS) if row.policy not in new["policies"]]
+    check(suite, of_rows(suite, kept), checked)
+    added = [row for row in read_csv(run / ROWS) if row.seed in suite.seeds]
+    results = of_rows(suite, [*kept, *added])
+    fingerprints = {**old["policies"], **new["policies"]}
+    summary = {
+        **old,
+        "policies": {name: fingerprints[name] for name in results.policies},
+        "added": {**old.get("added", {}), **dict.fromkeys(new["policies"], new["origin"])},
+        **summarise(results),
+    }
+    write_csv(published / ROWS, results)
+    (published / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    (published / REPORT).write_text(rendering.markdown(results, summary), encoding="utf-8")
+
+
+def _check_provenance(run: Path, new: dict[str, Any], published: Path, old: dict[str, Any]) -> None:
+    """Checks the summaries of two runs.
+
+    Raises:
+        ValueError: the runs cannot be compared.
+    """
     for name in SAME:
         if new["origin"][name] != old["origin"][name]:
             raise ValueError(
@@ -57,77 +95,51 @@ def add(run: Path, published: Path, checked: int) -> None:
             )
     if new["episodes"] < old["episodes"]:
         raise ValueError(
-            f"{run} has {new['episodes']} episodes of each condition, {published} {old['episodes']}: "
-            f"run it with --episodes {old['episodes']}"
+            f"{run} has {new['episodes']} episodes of each condition, {published} has "
+            f"{old['episodes']}: run it with --episodes {old['episodes']}"
         )
-    suite = SUITES[old["suite"]].first(old["episodes"])
-    kept = [row for row in read_csv(published / ROWS) if row.policy not in new["policies"]]
-    check(suite, of_rows(suite, kept), checked)
-    added = [row for row in read_csv(run / ROWS) if row.seed in suite.seeds]
-    results = of_rows(suite, [*kept, *added])
-    told = {
-        **old,
-        "policies": {**old["policies"], **new["policies"]},
-        "added": {**old.get("added", {}), **dict.fromkeys(new["policies"], new["origin"])},
-        **summarise(results),
-    }
-    write_csv(published / ROWS, results)
-    (published / SUMMARY).write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
-    (published / REPORT).write_text(rendering.markdown(results, told), encoding="utf-8")
 
 
 def check(suite: Suite, results: Results, count: int) -> None:
-    """Runs the first episodes of every condition again.
+    """Runs the first ``count`` episodes of every condition and policy again.
 
     Raises:
-        ValueError: half of them or more come out otherwise, or one of them ends otherwise.
+        ValueError: half of them or more differ, or one of them ends differently.
     """
     pairs = [(condition, policy) for condition in suite.conditions for policy in results.policies]
     for condition, policy in tqdm(pairs, desc="published episodes, run again"):
         before = results.rows[condition.name, policy][0][:count]
         label = Label(policy, None, condition.name, condition.scenario)
-        logs = runner.run(
-            Source(policy).make, condition.params, [row.seed for row in before], count, label
-        )
+        seeds = [row.seed for row in before]
+        logs = runner.run(Source(policy).make, condition.params, seeds, count, label)
         again = {log.episode.seed: log.episode for log in logs}
-        other = [row for row in before if not _same(again[row.seed], row)]
-        ends_otherwise = any(again[row.seed].cause != row.cause for row in other)
-        if ends_otherwise or (other and 2 * len(other) >= len(before)):
+        differ = [row for row in before if not _same(again[row.seed], row)]
+        ends_differently = any(again[row.seed].cause != row.cause for row in differ)
+        if ends_differently or (differ and 2 * len(differ) >= len(before)):
             raise ValueError(
-                f"{policy}, {condition.name}: {len(other)} of {len(before)} episodes come out otherwise "
-                f"than published, seed {other[0].seed} among them; run all policies again"
+                f"{policy}, {condition.name}: {len(differ)} of {len(before)} episodes differ from "
+                f"the published ones, seed {differ[0].seed} among them; run all policies again"
             )
 
 
-def _same(one: Episode, other: Episode) -> bool:
-    """Whether two rows are of the same episode, whatever was paid for it."""
-    pairs = zip(
-        astuple(one), astuple(replace(other, episode_return=one.episode_return)), strict=True
-    )
+def _same(first: Episode, second: Episode) -> bool:
+    """Returns whether two rows are of the same episode, whatever its return."""
+    rows = astuple(first), astuple(replace(second, episode_return=first.episode_return))
     return all(
         math.isclose(a, b, rel_tol=ROUNDING, abs_tol=ROUNDING)
         if isinstance(a, float) and isinstance(b, float)
         else a == b
-        for a, b in pairs
+        for a, b in zip(*rows, strict=True)
     )
 
 
-def _summary(folder: Path) -> dict[str, Any]:
-    summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-    return summary
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point."""
-    parser = argparse.ArgumentParser(prog="python -m baselines.evaluate.publish.merge")
-    parser.add_argument("run", type=Path, help="folder of a run of the suite")
-    parser.add_argument("published", type=Path, help="folder of the results")
-    parser.add_argument("--checked", type=int, default=5, help="episodes (%(default)s)")
-    options = parser.parse_args(arguments)
+    """Adds policies; exits with a message where that fails."""
+    options = tyro.cli(Options, args=arguments, prog=PROGRAM)
     try:
         add(options.run, options.published, options.checked)
     except (ValueError, OSError) as error:
-        parser.error(str(error))
+        sys.exit(f"{PROGRAM}: {error}")
 
 
 if __name__ == "__main__":

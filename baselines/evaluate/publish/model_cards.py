@@ -1,4 +1,4 @@
-"""Page of the model cards of the learned policies that ship: how each network was trained."""
+"""Page of the model cards of the learned policies: how each network was trained."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ INTRODUCTION = """\
 # The learned policies
 
 `learned` in the comparison. The files hold numbers only and run without torch. This page is written
-by `python -m baselines.evaluate.publish` from what they say of themselves; how they do on the
-suites is in [docs/results](../../../docs/results/README.md), what they do differently and where
+by `python -m baselines.evaluate.publish` from the metadata of the files; their results on the
+suites are in [docs/results](../../../docs/results/README.md), what they do differently and where
 they fail in [docs/shipped.md](../../../docs/shipped.md). `python -m train.recipe` makes such files.
 
 A *step* is a decision of a single boat. *Success* and *time* (median) are those of the last
 evaluation on development seeds, in the task of that training, noisy first; of many combinations of
-team and scenario, the median and the range. A file in the second column had no card: what is known
-of it is in [docs/training](../../../docs/training/README.md).
+team and scenario, the median and the range. A file in the second column had no model card: what is
+known of it is in [docs/training](../../../docs/training/README.md).
 """
 MOST = 5
-"""Evaluations that are told one by one."""
+"""Largest number of evaluations that are listed one by one."""
 HEADS = (
     *("training", "begins with", "scenarios", "boats", "steps", "minutes", "seeds of its worlds"),
     *("success", "time [s]"),
@@ -33,17 +33,14 @@ HEADS = (
 
 
 def page(folder: Path) -> str:
-    """Returns the page of a folder of policy files, in Markdown."""
+    """Returns the model cards of all policy files in a folder, in Markdown."""
     parts = [INTRODUCTION.strip()]
     for file in sorted(folder.glob(f"*{policy_file.SUFFIX}")):
-        tasks = [task for task, name in shipped.FILES.items() if name == file.name]
-        parts += [
-            f"## {file.name}",
-            f"For {' and '.join(task.capitalize() for task in tasks)}; "
-            f"{file.stat().st_size:,} bytes.",
-        ]
+        tasks = [task.capitalize() for task, name in shipped.FILES.items() if name == file.name]
+        parts += [f"## {file.name}", f"For {' and '.join(tasks)}; {file.stat().st_size:,} bytes."]
         for card in of_networks(file):
-            parts.append(grid(HEADS, [_line(one) for one in trainings(card)], left=HEADS[:3]))
+            lines = [_line(training) for training in trainings(card)]
+            parts.append(grid(HEADS, lines, left=HEADS[:3]))
     return "\n\n".join(parts) + "\n"
 
 
@@ -59,7 +56,7 @@ def of_networks(file: Path) -> list[dict[str, Any]]:
 
 
 def trainings(card: dict[str, Any]) -> list[dict[str, Any]]:
-    """Returns the model cards of the trainings that led to a network, the first one first."""
+    """Returns the model cards of all trainings that led to a network, the first one first."""
     before = card.get("began_with")
     return [*(trainings(before) if before else []), card]
 
@@ -78,13 +75,13 @@ def _line(card: dict[str, Any]) -> list[str]:
         f"{card['timesteps'] / 1e6:.1f} M",
         f"{scores[0]['seconds'] / 60:.0f}",
         f"{first:,} to {last:,}",
-        _together([one["success"] for one in scores], share),
-        _together([one["median_time"] for one in scores], "{:.1f}".format),
+        _listed([score["success"] for score in scores], share),
+        _listed([score["median_time"] for score in scores], "{:.1f}".format),
     ]
 
 
-def _together(values: Sequence[float], told: Callable[[float], str]) -> str:
-    """Values of some evaluations; of many, the median and the range."""
+def _listed(values: Sequence[float], text: Callable[[float], str]) -> str:
+    """Returns the values of some evaluations; of many, the median and the range."""
     if len(values) <= MOST:
-        return ", ".join(map(told, values))
-    return f"{told(median(values))} ({told(min(values))} to {told(max(values))})"
+        return ", ".join(map(text, values))
+    return f"{text(median(values))} ({text(min(values))} to {text(max(values))})"

@@ -1,22 +1,25 @@
-"""The published results on pages for readers: ``python -m baselines.evaluate.publish``.
+"""Writes the published results onto pages: ``python -m baselines.evaluate.publish``.
 
-Everything follows from the ``episodes.csv`` of the suites, so that no number is typed in; with
-``--check`` nothing is written, and pages that say something else are named.
+Every number follows from the ``episodes.csv`` of the suites. With ``--check`` nothing is written,
+and stale pages are an error.
 """
 
 from __future__ import annotations
 
-import argparse
+import json
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import tyro
 
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.publish import marks, model_cards
+from baselines.evaluate.report import rendering
 from baselines.evaluate.results import Results, of_rows, read_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.tables import formats
@@ -24,26 +27,39 @@ from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import grid
 from baselines.learned import shipped
 
-FOLDER, README = Path("docs/results"), Path("README.md")
-START = "<!-- results: what follows is written by python -m baselines.evaluate.publish -->"
+PROGRAM = "python -m baselines.evaluate.publish"
+FOLDER = Path("docs/results")
+START = f"<!-- results: what follows is written by {PROGRAM} -->"
 END = "<!-- results: up to here -->"
 HEADS = ("condition", "what it is", "policy", "success", "difference", "distance [cm]", "time [s]")
-INTRODUCTION = """\
+INTRODUCTION = f"""\
 # Results on the suites
 
-Written by `python -m baselines.evaluate.publish` from the `episodes.csv` of each suite. Success
+Written by `{PROGRAM}` from the `episodes.csv` of each suite. Success
 with its 95 % interval; the smallest distance to the goal and the time to it are medians, the time
 of the episodes that were delivered. *Difference*: of success from that of the first policy on the
-same episodes. Each folder holds the report of its run too (`report.md`).
+same episodes. Each folder also holds the report of its run (`report.md`).
 """
 
 
+@dataclass(frozen=True)
+class Options:
+    """Writes the published results onto the pages of the repository."""
+
+    results: Path = FOLDER
+    """Folder of the results, with one folder a suite."""
+    page: Path = Path("README.md")
+    """Page with the marks between which the overview stands."""
+    check: bool = False
+    """Whether to write nothing, and to fail where a page is stale."""
+
+
 def read(folder: Path) -> list[Results]:
-    """The results of all suites that lie in a folder, in the order of ``SUITES``.
+    """Returns the results of all suites in a folder, in the order of ``SUITES``.
 
     Raises:
         FileNotFoundError: there are none.
-        ValueError: rows that are not those of the suite.
+        ValueError: rows are not those of the suite.
     """
     files = {name: folder / name / "episodes.csv" for name in SUITES}
     found = [of_rows(SUITES[name], read_csv(file)) for name, file in files.items() if file.exists()]
@@ -52,46 +68,43 @@ def read(folder: Path) -> list[Results]:
     return found
 
 
-def overview(results: Sequence[Results]) -> str:
-    """A line a suite, in Markdown: mean success of each policy over the conditions, and its worst condition."""
-    policies = list(dict.fromkeys(policy for one in results for policy in one.policies))
+def overview(published: Sequence[Results]) -> str:
+    """Returns a table with a line a suite: every policy's mean success and worst condition."""
+    policies = list(dict.fromkeys(policy for results in published for policy in results.policies))
     lines = [
         [
-            f"`{one.suite.name}`",
-            f"{len(one.suite.conditions)} × {one.suite.episodes:,}",
-            *(_overall(one, policy) if policy in one.policies else NOTHING for policy in policies),
+            f"`{results.suite.name}`",
+            f"{len(results.suite.conditions)} × {results.suite.episodes:,}",
+            *(_overall(results, p) if p in results.policies else NOTHING for p in policies),
         ]
-        for one in results
+        for results in published
     ]
     return grid(["suite", "conditions × episodes", *policies], lines, left=("suite",))
 
 
 def _overall(results: Results, policy: str) -> str:
-    """Mean success over the conditions, and the worst of them."""
+    """Returns the mean success over the conditions, and the worst of them."""
     rates = {
-        condition.name: results.success(condition.name, policy).mean()
+        condition.name: float(results.success(condition.name, policy).mean())
         for condition in results.suite.conditions
     }
     worst = min(rates, key=rates.__getitem__)
     mean = formats.share(float(np.mean(list(rates.values()))))
-    return f"{mean} (worst: {worst}, {formats.share(float(rates[worst]))})"
+    return f"{mean} (worst: {worst}, {formats.share(rates[worst])})"
 
 
-def page(results: Sequence[Results]) -> str:
-    """All conditions of all suites, in Markdown."""
+def page(published: Sequence[Results]) -> str:
+    """Returns all conditions of all suites, in Markdown."""
     parts = [INTRODUCTION.strip()]
-    for one in results:
-        suite = one.suite
-        command = f"python -m baselines.evaluate --suite {suite.name} --policies "
-        command += f"{' '.join(one.policies)} --episodes {suite.episodes}"
-        lines = [
-            _line(one, condition, name) for condition in suite.conditions for name in one.policies
-        ]
+    for results in published:
+        suite, policies = results.suite, results.policies
+        lines = [_line(results, condition, p) for condition in suite.conditions for p in policies]
         parts += [
             f"## {suite.name}",
             f"{suite.about} {suite.episodes:,} episodes a condition.",
             grid(HEADS, lines, left=HEADS[:3]),
-            f"`{command} --out {FOLDER / suite.name}`",
+            f"`python -m baselines.evaluate --suite {suite.name} --policies {' '.join(policies)} "
+            f"--episodes {suite.episodes} --out {FOLDER / suite.name}`",
         ]
     return "\n\n".join(parts) + "\n"
 
@@ -118,36 +131,40 @@ def _median(values: Float, unit: str, scale: float = 1.0) -> str:
     return formats.quantity(float(np.median(present)), unit, scale) if len(present) else NOTHING
 
 
-def pages(results: Sequence[Results], folder: Path, readme: Path) -> dict[Path, str]:
-    """What the pages should say, by path.
+def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
+    """Returns the text of every page, by path.
 
     Raises:
-        ValueError: the readme has no place for the table.
+        ValueError: the page of the overview has no marks.
     """
-    text = marks.replaced(readme.read_text(encoding="utf-8"), START, END, overview(results))
-    return {
-        readme: text,
-        folder / "README.md": page(results),
+    readme = options.page.read_text(encoding="utf-8")
+    texts = {
+        options.page: marks.replaced(readme, START, END, overview(published)),
+        options.results / "README.md": page(published),
         shipped.FOLDER / "README.md": model_cards.page(shipped.FOLDER),
     }
+    for results in published:
+        folder = options.results / results.suite.name
+        if (folder / "summary.json").exists():
+            summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+            texts[folder / "report.md"] = rendering.markdown(results, summary)
+    return texts
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point."""
-    parser = argparse.ArgumentParser(prog="python -m baselines.evaluate.publish")
-    parser.add_argument("--results", type=Path, default=FOLDER, help="folder (%(default)s)")
-    parser.add_argument("--page", type=Path, default=README, help="overview (%(default)s)")
-    parser.add_argument("--check", action="store_true", help="only say which pages are stale")
-    options = parser.parse_args(arguments)
+    """Writes the pages, or checks them; exits with a message where that fails."""
+    options = tyro.cli(Options, args=arguments, prog=PROGRAM)
     try:
-        wanted = pages(read(options.results), options.results, options.page)
+        texts = pages(read(options.results), options)
     except (ValueError, OSError) as error:
-        parser.error(str(error))
-    stale = [
-        p for p, text in wanted.items() if not p.exists() or p.read_text(encoding="utf-8") != text
-    ]
+        sys.exit(f"{PROGRAM}: {error}")
+    stale = {
+        path: text
+        for path, text in texts.items()
+        if not path.exists() or path.read_text(encoding="utf-8") != text
+    }
     if options.check and stale:
-        sys.exit(f"stale: {', '.join(map(str, stale))}: run {parser.prog}")
-    for path in stale:
-        path.write_text(wanted[path], encoding="utf-8")
+        sys.exit(f"stale: {', '.join(map(str, stale))}: run {PROGRAM}")
+    for path, text in stale.items():
+        path.write_text(text, encoding="utf-8")
         print(f"{path}: written")

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from asv_env.types import Float
 from baselines.evaluate.report import palette, panels
 from baselines.evaluate.report.panels import FIFTHS, PERCENT, WIDE, Colours
+from baselines.evaluate.tables.columns import in_order
 from baselines.rollout.episodes import CAUSES
 
 MARKS = ("o", "s", "D", "^", "v", "P")
@@ -21,7 +22,8 @@ STEP = 0.2
 LABELLED = 2.5
 """Smallest share of a cause whose bar has room for its number, percent."""
 RAMP = ("#6f5a8e", "#96598c", "#b9607f", "#d1716d", "#dc8a5c", "#dca858", "#d3c56a")
-"""Colours of the causes of failure: the darker, the earlier the episode went wrong."""
+"""Colours of the causes of failure: the darker, the earlier the episode went wrong;
+those of a user's task are pale."""
 
 
 def overview(
@@ -79,10 +81,10 @@ def failures(counts: Mapping[str, Mapping[str, int]], episodes: Mapping[str, int
     figure, axes = panels.single(WIDE, 1.05 + 0.38 * len(counts))
     rows, total = range(len(counts)), np.array([episodes[policy] for policy in counts])
     left = np.zeros(len(counts))
-    for cause, colour in zip(CAUSES, RAMP, strict=True):
+    ramp = dict(zip(CAUSES, RAMP, strict=True))
+    for cause in in_order(cause for causes in counts.values() for cause in causes):
+        colour = ramp.get(cause, palette.PALE)
         found = np.array([counts[policy].get(cause, 0) for policy in counts])
-        if not found.any():
-            continue
         widths = 100 * found / total
         drawn = axes.barh(rows, widths, 0.58, left, color=colour, label=cause, ec="#ffffff", lw=0.8)
         texts = [str(n) if width > LABELLED else "" for n, width in zip(found, widths, strict=True)]

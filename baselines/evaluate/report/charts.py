@@ -92,7 +92,7 @@ def of_condition(
     failed = _failures(results, condition)
     if failed is not None:
         yield failed
-    if condition.params.task.name != "approach":
+    if condition.params.definition.has_goal:
         yield _errors(results, condition)
         if condition.params.task.goal is None and results.suite.episodes > 1:
             yield _goals(results, condition)
@@ -116,7 +116,7 @@ def _profile(results: Results, condition: Condition) -> Chart:
 
 
 def _times(results: Results, condition: Condition) -> Chart:
-    event = "goal" if condition.params.task.name != "approach" else "closure"
+    event = "goal" if condition.params.definition.has_goal else "closure"
     label = f"time to {event}"
     caption = (
         f"The {label} of the episodes that have one, with their number at the right. Dots: "

@@ -23,11 +23,11 @@ UNITS = (1e-3, 1e-3, 1e-3)
 def take(params: EnvParams, log: PoseLog) -> dict[str, Any]:
     """Returns the data of one episode of one policy."""
     row, poses = log.episode, thinned(params, log.poses)
-    has_goal = params.task.name != "approach"
+    has_goal = params.definition.has_goal
     return {
         "success": row.success,
-        "verdict": verdict(row),
-        "outcome": outcome(row),
+        "verdict": verdict(row, has_goal),
+        "outcome": outcome(row, has_goal),
         "end": row.duration,
         "closure": row.time_to_closure,
         "goal": [round(x, 4) for x in log.goal.tolist()] if has_goal else None,
@@ -66,18 +66,18 @@ def pack(poses: Float) -> str:
     return base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode()
 
 
-def verdict(row: Episode) -> str:
+def verdict(row: Episode, has_goal: bool) -> str:
     """Returns how an episode ended, in a few words."""
     if row.success:
-        return "slots held" if row.task == "approach" else "delivered"
+        return "delivered" if has_goal else "slots held"
     return f"failed: {row.cause}"
 
 
-def outcome(row: Episode) -> str:
+def outcome(row: Episode, has_goal: bool) -> str:
     """Returns how an episode ended, with its time and errors."""
     if row.error is not None:
         return f"policy error: {row.error}"
-    text = verdict(row)
+    text = verdict(row, has_goal)
     if row.success:
         text += f" after {formats.quantity(row.duration, 's')} s"
         if row.position_error is not None:

@@ -138,7 +138,7 @@ def _stage(condition: Condition, embedded: int) -> dict[str, Any]:
     return {
         "name": condition.name,
         "about": condition.about.replace("`", ""),
-        "grasped": params.task.name == "push",
+        "grasped": params.definition.starts_grasped,
         "boats": params.num_boats,
         "vessel": params.vessel.outline,
         "boat": params.boat.outline,

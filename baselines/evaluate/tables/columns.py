@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
@@ -109,7 +109,13 @@ def placed(tolerance: str) -> Column:
 def failures(line: Line) -> str:
     """Returns the causes by which the policy failed, each with its count."""
     causes = line.found["causes"]
-    return ", ".join(f"{causes[cause]} {cause}" for cause in CAUSES if cause in causes) or NOTHING
+    return ", ".join(f"{causes[cause]} {cause}" for cause in in_order(causes)) or NOTHING
+
+
+def in_order(causes: Iterable[str]) -> list[str]:
+    """Returns causes of failure as they exclude each other; those of a user's task come last."""
+    found = set(causes)
+    return [*(cause for cause in CAUSES if cause in found), *sorted(found - set(CAUSES))]
 
 
 def comparing() -> list[Column]:
