@@ -54,30 +54,25 @@ def paint_header(canvas: Canvas, layout: Layout, state: State) -> None:
         canvas.write(errors(params, state), (0.56 * width, row), "center", colour)
 
 
-def has_goal(params: EnvParams) -> bool:
-    """Returns whether the task has a goal pose."""
-    return params.task.name != "approach"
-
-
 def phase(params: EnvParams, state: State) -> str:
     """Returns what the boats of one world are doing."""
     team, working = params.num_boats, int(state.working.sum())
     boats = f"{team} boats" if working == team else f"{working} of {team} boats"
     if state.closed:
-        return f"{boats} {'pushing' if has_goal(params) else 'holding'}"
-    return f"{boats}, grasp lost" if params.task.name == "push" else f"{boats} approaching"
+        return f"{boats} {'pushing' if params.definition.has_goal else 'holding'}"
+    return f"{boats}, grasp lost" if params.definition.starts_grasped else f"{boats} approaching"
 
 
 def at_goal(params: EnvParams, state: State) -> bool:
     """Returns whether the vessel of one world is within the tolerances of its goal pose."""
     task, (distance, turn) = params.task, _goal_errors(state)
     near = distance <= task.position_tolerance and abs(turn) <= task.heading_tolerance
-    return near and has_goal(params)
+    return near and params.definition.has_goal
 
 
 def errors(params: EnvParams, state: State) -> str:
     """Returns how far one world is from success, in words."""
-    if not has_goal(params):
+    if not params.definition.has_goal:
         away = np.abs(plane(state.motion)[1:] - placed(state.slot, state.motion[0]))
         return f"farthest boat {_distance(away[state.working].max())} from its slot"
     distance, turn = _goal_errors(state)

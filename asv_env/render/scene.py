@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from asv_env.render.backdrop import paint_backdrop
 from asv_env.render.camera import Trail
-from asv_env.render.captions import has_goal, paint_header, paint_legend
+from asv_env.render.captions import paint_header, paint_legend
 from asv_env.render.hulls import paint_boats, paint_vessel
 from asv_env.render.layout import Canvas, Layout
 from asv_env.render.overlays import outline_goal, paint_goal, paint_slots, paint_trails
@@ -19,11 +19,12 @@ def paint_still(canvas: Canvas, layout: Layout) -> None:
 
 def paint_moving(canvas: Canvas, layout: Layout, state: State, trail: Trail) -> None:
     """Paints what moves, and the captions about it; ``state`` is one world, without axis W."""
-    if has_goal(layout.params):
+    has_goal = layout.params.definition.has_goal
+    if has_goal:
         paint_goal(canvas, layout, state.goal)
     paint_trails(canvas, layout, state, trail)
     paint_vessel(canvas, layout, state.motion[0])
-    if has_goal(layout.params):
+    if has_goal:
         outline_goal(canvas, layout, state)
     paint_slots(canvas, layout, state)
     paint_boats(canvas, layout, state)

@@ -13,7 +13,6 @@ from asv_env.checks import choice
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.render.camera import Camera, Trail, first_box, next_box
-from asv_env.render.captions import has_goal
 from asv_env.render.colours import WATER_BOTTOM, WATER_TOP
 from asv_env.render.layout import DESIGN, Layout
 from asv_env.render.scene import paint_moving, paint_still
@@ -104,7 +103,7 @@ class Viewer:
     def _follow(self, state: State, world: int) -> None:
         """Brings trail, camera and backdrop up to date with one world of a state."""
         params = self.params
-        goal = state.goal if has_goal(params) else None
+        goal = state.goal if params.definition.has_goal else None
         if self._begins(state, world):
             bodies = 1 + params.num_boats
             limit = min(1500, max(200, TRAIL_POINTS // bodies))
