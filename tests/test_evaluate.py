@@ -13,9 +13,9 @@ from helpers import SEEN
 
 from asv_env import make_params
 from baselines import evaluate
-from baselines.evaluate import options
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.policy_sources import Source
+from baselines.evaluate.policy_sources import find
+from baselines.evaluate.request import FILES
 from baselines.evaluate.results import HEADS, read_csv
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import Series, Store
@@ -137,7 +137,7 @@ def test_summary_agrees_with_the_rows(results):
 
 
 def test_files_are_left_as_the_command_says(results):
-    assert all((results / name).exists() for name in options.FILES)
+    assert all((results / name).exists() for name in FILES)
 
 
 # ---------------------------------------------------------------- to go on
@@ -265,7 +265,7 @@ def test_episodes_do_not_depend_on_batch_or_workers(network_file, sb3_file):
 
 
 def job(condition, word, seeds, num_envs=1):
-    source, series = Source(word), Series(condition.name, word, 0)
+    source, series = find(word, trust_pickles=True), Series(condition.name, word, 0)
     return Job(series, condition, source, source.fingerprint(), Label(word), tuple(seeds), num_envs)
 
 
@@ -278,7 +278,7 @@ def mine(monkeypatch):
 @pytest.mark.usefixtures("mine")
 def test_a_worker_that_dies_is_noticed():
     condition = Condition("short", task="push", options={"time_limit": 1.0})
-    source = Source("broken_policies:Dies")
+    source = find("broken_policies:Dies")
     dying = Job(
         Series("short", "Dies", 0), condition, source, source.fingerprint(), Label("Dies"), (0,), 1
     )
@@ -331,14 +331,14 @@ def test_a_broken_policy_fails_its_own_episodes_alone(tmp_path, capsys, workers,
     [
         ("scriptd", "Did you mean 'scripted'"),
         ("nowhere:Policy", "No module named 'nowhere'"),
-        ("broken_policies:Nothing", "no class 'Nothing'"),
+        ("broken_policies:Nothing", "no attribute 'Nothing'"),
         ("broken_policies:NoPolicy", "no method act"),
         ("broken_policies:WrongShape", "must be (1, 4, 2)"),
         ("broken_policies:Picky", "I only play approach"),
         ("broken_policies:OldStyle", "act must take (sensed, observation, memory, fresh)"),
         ("broken_policies:OnlyActs", "return (action, memory)"),
         ("broken_policies:Unmade", "AttributeError: nothing"),
-        ("broken_policies:turning_right", "no class 'turning_right'"),
+        ("broken_policies:turning_right", "AttributeError"),
         ("scripted,idle", "need a name"),
         ("mine=scripted,idle", "need a name"),
         ("../mine=idle", "cannot be a name"),
@@ -460,7 +460,7 @@ def test_models_of_other_kinds_take_part(tmp_path, kind):
         )
     model.save(tmp_path / "other.zip")
     params = make_params("push", time_limit=0.5)
-    made = Source(str(tmp_path / "other.zip")).make(params)
+    made = find(tmp_path / "other.zip", trust_pickles=True).make(params)
     (track,) = runner.run(lambda params: made, params, [0], 1, Label("other"), record=True)
     assert track.episode.error is None
     seen = track.trajectory.observation[0]

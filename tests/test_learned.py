@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from asv_env import make_params
-from baselines.evaluate.policy_sources import Source
+from baselines.evaluate.policy_sources import find
 from baselines.evaluate.publish import model_cards
 from baselines.learned import policy_file, shipped
 from baselines.rollout import runner, seeds
@@ -78,13 +78,13 @@ with tempfile.TemporaryDirectory() as out:
 
 
 def test_what_is_kept_of_a_run_is_bound_to_the_files(monkeypatch, tmp_path):
-    before = Source("learned").fingerprint()
+    before = find("learned").fingerprint()
     for file in FILES:
         (tmp_path / file.name).write_bytes(file.read_bytes())
     monkeypatch.setattr(shipped, "FOLDER", tmp_path)
-    assert Source("learned").fingerprint() == before
+    assert find("learned").fingerprint() == before
     (tmp_path / FILES[0].name).write_bytes(b"other")
-    assert Source("learned").fingerprint() != before
+    assert find("learned").fingerprint() != before
 
 
 # ---------------------------------------------------------------- the recipe

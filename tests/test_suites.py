@@ -39,7 +39,7 @@ def test_the_digest_follows_arms_seeds_and_task_but_not_the_number_of_episodes()
         replace(suite, seed=suite.seed + 1),
         replace(suite, conditions=(slower, *others)),
         replace(suite, conditions=tuple(others)),
-        suite.of("push"),
+        suite.with_task("push"),
     ]
     assert len({one.digest() for one in (suite, *changed)}) == 5
     assert suite.first(10).digest() == suite.digest()

@@ -1,18 +1,17 @@
 """What episodes are run: conditions, and suites of them.
 
-A condition is one condition, and a suite a table of conditions with a range of seeds. Conditions with the same team
-and vessel have the same starts and goals at the same seed: what a disturbance costs is seen beside
-its control condition, pair by pair.
+A suite is a table of conditions with a range of seeds. Conditions with the same team and vessel
+have the same initial states and goals at the same seed, so that the cost of a disturbance is
+measured pair by pair, against its control condition.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -23,30 +22,37 @@ from asv_env.tasks import starts
 
 EPISODES = 2000
 """Episodes of a condition that carries a comparison."""
-DRAWN = 3
-"""Episodes of a condition whose beginnings go into the digest."""
+IN_DIGEST = 3
+"""Number of episodes of a condition whose initial states go into the digest."""
+NOT_IN_DIGEST = ("reward", "definition", "observation")
+"""Fields of ``EnvParams`` by which episodes are judged or seen, not what they are."""
+CUSTOM = "custom"
+"""Name of a suite that is not published, and of a scenario that is given as an object."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition.
+    """One environment in which policies are compared.
 
     Attributes:
         name: unique in its suite.
-        about: what it is, in a few words.
-        control: name of the condition without the disturbance; None for one that is such a condition.
-        task: "approach", "push" or "transport".
-        scenario, preset, num_boats, options: as of ``make_params``.
+        about: description in a few words.
+        control: name of the condition without the disturbance; None where there is none.
+        task: name of a task, "module:NAME", or a Task.
+        scenario: name of a scenario, "module:NAME", or its overrides as a mapping.
+        preset, num_boats, options: as in ``make_params``.
+        environment: complete parameters, in place of task, scenario, preset, team and options.
     """
 
     name: str
     about: str = ""
     control: str | None = None
-    task: str = "transport"
-    scenario: str = "nominal"
+    task: Any = "transport"
+    scenario: Any = "nominal"
     preset: str = "nominal"
     num_boats: int | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
+    environment: EnvParams | None = None
 
     @cached_property
     def params(self) -> EnvParams:
@@ -55,7 +61,20 @@ class Condition:
         Raises:
             ValueError: an unknown name or a value out of range.
         """
+        if self.environment is not None:
+            return self.environment
         return make_params(self.task, self.num_boats, self.scenario, self.preset, **self.options)
+
+    @property
+    def task_name(self) -> str:
+        """Name of the task, as in the rows of episodes."""
+        return self.params.task.name
+
+    @property
+    def scenario_name(self) -> str:
+        """Name of the scenario, as in the rows of episodes."""
+        named = isinstance(self.scenario, str) and self.environment is None
+        return self.scenario.rpartition(":")[2] if named else CUSTOM
 
 
 @dataclass(frozen=True)
@@ -64,10 +83,10 @@ class Suite:
 
     Attributes:
         name: with its version, such as "plane-v1".
-        about: what it is for, in a sentence.
-        conditions: its conditions.
-        seed: of the first episode of every condition.
-        episodes: of every condition.
+        about: purpose, in a sentence.
+        conditions: one or more, their names unique.
+        seed: first seed of every condition.
+        episodes: number of episodes of every condition.
     """
 
     name: str
@@ -76,55 +95,57 @@ class Suite:
     seed: int = 0
     episodes: int = EPISODES
 
-    def of(self, task: str) -> Suite:
-        """The same starts and goals with another task."""
-        return replace(
-            self, conditions=tuple(replace(condition, task=task) for condition in self.conditions)
-        )
+    def with_task(self, task: Any) -> Suite:
+        """Returns the suite with the same initial states and goals and another task.
+
+        Raises:
+            ValueError: a condition has complete parameters, and so its own task.
+        """
+        for condition in self.conditions:
+            if condition.environment is not None:
+                raise ValueError(f"task={task}: the condition {condition.name!r} has its own task")
+        conditions = tuple(replace(condition, task=task) for condition in self.conditions)
+        return replace(self, conditions=conditions)
 
     def first(self, episodes: int) -> Suite:
-        """The first episodes of every condition."""
+        """Returns the suite with the first episodes of every condition."""
         return replace(self, episodes=episodes)
 
     @property
     def seeds(self) -> range:
-        """Of the episodes of every condition."""
+        """Seeds of the episodes, the same in every condition."""
         return range(self.seed, self.seed + self.episodes)
 
     @property
     def task(self) -> str:
-        """Of the conditions, joined where they differ."""
-        return "+".join(dict.fromkeys(condition.task for condition in self.conditions))
+        """Names of the conditions' tasks, joined where they differ."""
+        return "+".join(dict.fromkeys(condition.task_name for condition in self.conditions))
 
     def digest(self) -> str:
-        """A fingerprint of what the episodes are, not of how many are taken.
+        """Returns a fingerprint of what the episodes are, not of how many are taken.
 
-        It covers the parameters of all conditions (but for the weights of the reward) and how their
-        first episodes begin.
+        It covers the parameters of all conditions, but for ``NOT_IN_DIGEST``, and the initial
+        states of their first episodes.
         """
         conditions = [
-            [condition.name, _described(condition.params), *_begun(condition, self.seed)]
+            [condition.name, _parameters(condition.params), *_initial_states(condition, self.seed)]
             for condition in self.conditions
         ]
         text = json.dumps(_rounded(conditions), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _described(params: EnvParams) -> dict[str, Any]:
-    """Returns the parameters that decide what the episodes are, as plain values."""
-    values = asdict(params)
-    for name in ("definition", "observation", "reward"):
-        del values[name]
-    return values
+def _parameters(params: EnvParams) -> dict[str, Any]:
+    return {name: value for name, value in asdict(params).items() if name not in NOT_IN_DIGEST}
 
 
-def _begun(condition: Condition, seed: int) -> list[dict[str, Any]]:
-    seeds = range(seed, seed + DRAWN)
-    return [vars(starts.sample(condition.params, np.random.default_rng(seed))) for seed in seeds]
+def _initial_states(condition: Condition, seed: int) -> list[dict[str, Any]]:
+    rngs = map(np.random.default_rng, range(seed, seed + IN_DIGEST))
+    return [vars(starts.sample(condition.params, rng)) for rng in rngs]
 
 
 def _rounded(value: Any) -> Any:
-    """Plain values with nine digits of every number: the last ones are the processor's own."""
+    """Returns plain values, numbers with nine digits: the others differ between processors."""
     if isinstance(value, Mapping):
         return {name: _rounded(item) for name, item in value.items()}
     if isinstance(value, np.ndarray):
@@ -132,54 +153,3 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_rounded(item) for item in value]
     return f"{value:.9g}" if isinstance(value, float) else value
-
-
-def custom(
-    tasks: Sequence[str],
-    disturbances: Sequence[str],
-    teams: Sequence[int | None],
-    preset: str,
-    goal: tuple[float, ...] | None,
-    seed: int,
-    episodes: int,
-) -> Suite:
-    """A sweep over tasks, scenarios and team sizes; ``goal`` None draws one for each episode.
-
-    Raises:
-        ValueError: an unknown name, a value out of range, or one that is named twice.
-    """
-    given = {"--task": tasks, "--scenario": disturbances, "--num-boats": teams}
-    for flag, values in given.items():
-        if len(set(values)) < len(values):
-            raise ValueError(f"{flag} {' '.join(map(str, values))}: name each once")
-    options: dict[str, Any] = {} if goal is None else {"goal": goal}
-    conditions = []
-    for task, scenario, team in product(tasks, disturbances, teams):
-        condition = Condition("", "", None, task, scenario, preset, team, options)
-        boats = condition.params.num_boats
-        conditions.append(
-            replace(
-                condition, name=_condition_name(tasks, disturbances, teams, task, scenario, boats)
-            )
-        )
-    about = f"{_listed(tasks)}; {_listed(disturbances)}"
-    return Suite("custom", about, tuple(conditions), seed, episodes)
-
-
-def _condition_name(
-    tasks: Sequence[str],
-    disturbances: Sequence[str],
-    teams: Sequence[int | None],
-    task: str,
-    scenario: str,
-    boats: int,
-) -> str:
-    """What sets a condition apart in its sweep."""
-    parts = [task] * (len(tasks) > 1)
-    parts += [f"{boats} boats"] * (len(teams) > 1)
-    parts += [scenario] * (len(disturbances) > 1 or not parts)
-    return ", ".join(parts)
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(names)

@@ -1,189 +1,149 @@
-"""What the command line may ask for, and what is refused before anything is run."""
+"""Options of the command line."""
 
 from __future__ import annotations
 
-import argparse
-import os
-from collections.abc import Sequence
+import re
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from asv_env.checks import choice
-from asv_env.presets import PRESETS, SCENARIOS
 from asv_env.render import video
-from asv_env.tasks import TASKS
-from baselines.evaluate.conditions import Suite, custom
-from baselines.evaluate.policy_sources import entrants
-from baselines.evaluate.report import document
-from baselines.evaluate.store import NAME as STORE
+from baselines.evaluate.conditions import Suite
+from baselines.evaluate.policy_sources import is_file
 from baselines.evaluate.suites import SUITES
+from baselines.evaluate.sweep import sweep
 from baselines.paper.experiment import PAPER_GOAL
-from baselines.policy import POLICIES
-from baselines.rollout import seeds
 
-FILES = ("episodes.csv", "summary.json", *document.FILES)
-ONLY_CUSTOM = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")
-"""Options that a suite has settled."""
-REPLAYS = 180
-"""Of a page, without those that are added where policies fail."""
-LEAST = {"episodes": 1, "num_envs": 1, "seed": 0, "workers": 0, "replays": 0}
+SWEEP = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")
+"""Options of a sweep, which a suite has settled."""
 
 
-def parser() -> argparse.ArgumentParser:
-    """Of the command line."""
-    made = argparse.ArgumentParser(
-        prog="python -m baselines.evaluate",
-        description="Run policies on the same seeded episodes and compare them. What is in the "
-        "output folder already, made by the same code, is kept: give the command of a run that "
-        "was stopped again, and it goes on; add policies or episodes, and only they are run.",
-    )
-    who = made.add_argument_group("who takes part")
-    who.add_argument(
-        "--policies", nargs="+", default=["scripted"], metavar="WORD",
-        help=f"{', '.join(POLICIES)}; a policy file (.npz), a stable-baselines3 model (.zip), or "
-        "module:Class. NAME=WORD gives it another name, NAME=WORD,WORD,... is one policy that "
-        "was trained several times. The others are compared with the first (scripted)",
-    )  # fmt: skip
-    who.add_argument(
-        "--trust-pickles", action="store_true",
-        help="read stable-baselines3 models; doing so runs whatever code is in them",
-    )  # fmt: skip
-    what = made.add_argument_group("what is run: a suite")
-    what.add_argument("--suite", metavar="NAME", help=", ".join(SUITES))
-    what.add_argument("--task", nargs="+", metavar="NAME", help=f"{', '.join(TASKS)} (transport)")
-    what.add_argument(
-        "--episodes", type=int, metavar="N", help="of each condition (the suite's, or 100)"
-    )
-    own = made.add_argument_group("or a sweep: several tasks, scenarios, team sizes")
-    own.add_argument("--scenario", nargs="+", metavar="NAME", help=f"{', '.join(SCENARIOS)}")
-    own.add_argument("--num-boats", nargs="+", type=int, metavar="N", help="2 to 100 (4)")
-    own.add_argument("--preset", help=", ".join(PRESETS))
-    own.add_argument("--seed", type=int, help="of the first episode (0)")
-    goals = own.add_mutually_exclusive_group()
-    goals.add_argument(
-        "--goal", type=float, nargs=3, metavar=("X", "Y", "H"),
-        help="pose of the vessel, m, m, rad (the paper's, {} {} {})".format(*PAPER_GOAL),
-    )  # fmt: skip
-    goals.add_argument(
-        "--random-goals", action="store_true", help="a goal for each episode, drawn by its seed"
-    )
-    how = made.add_argument_group("how it is run, which changes no number")
-    how.add_argument(
-        "--workers", type=int, metavar="N", default=_cores(),
-        help="processes (%(default)s); 0 runs all in this one, for a debugger",
-    )  # fmt: skip
-    how.add_argument(
-        "--num-envs", type=int, metavar="N", default=32,
-        help="worlds side by side in a process (%(default)s)",
-    )  # fmt: skip
-    out = made.add_argument_group("what is left")
-    out.add_argument("--out", type=Path, metavar="DIR", help="folder (below runs)")
-    out.add_argument(
-        "--replays", type=int, metavar="N",
-        help="first episodes of each condition that can be watched in the report; where policies fail, "
-        f"up to as many again ({REPLAYS} shared out over the conditions)",
-    )  # fmt: skip
-    out.add_argument(
-        "--record", action="store_true", help="save trajectories too, for imitation learning"
-    )
-    out.add_argument(
-        "--video", type=Path, metavar="FILE", help="film the first episode: .gif or .mp4"
-    )
-    out.add_argument("--overwrite", action="store_true", help="replace what is in the way")
-    return made
+@dataclass(frozen=True)
+class Options:
+    """Run policies on the same seeded episodes and compare them.
 
-
-def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """Options, completed with ``suite``, ``entrants`` and their ``fingerprints``.
-
-    Exits with a message where something is wrong.
+    What is in the output folder already, made by the same code, is kept: give the command of a
+    run that was stopped again, and it continues; add policies or episodes, and only they are run.
     """
-    made = parser()
-    options = made.parse_args(arguments)
-    try:
-        _check_numbers(options)
-        options.suite = _suite(options)
-        if options.replays is None:
-            options.replays = REPLAYS // len(options.suite.conditions)
-        options.entrants = entrants(options.policies, options.suite, options.trust_pickles)
-        options.fingerprints = {
-            one.name: [source.fingerprint() for source in one.sources] for one in options.entrants
-        }
-        _check_files(options)
-    except (ValueError, TypeError, OSError, ImportError) as error:
-        made.error(str(error))
-    return options
 
+    policies: tuple[str, ...] = ("scripted",)
+    """scripted, paper, learned, idle, random; a policy file (.npz), a stable-baselines3 model
+    (.zip), or module:Class. NAME=WORD gives it another name, NAME=WORD,WORD,... is one policy that
+    was trained several times. The others are compared with the first."""
+    trust_pickles: bool = False
+    """Read stable-baselines3 models; doing so runs whatever code is in them."""
+    suite: str | None = None
+    """Suite to run: quick-v1, paper-v1, plane-v1, robust-v1, team-v1, shape-v1. Without one, a
+    sweep over the tasks, scenarios and team sizes below is run."""
+    task: tuple[str, ...] = ("transport",)
+    """approach, push, transport, or module:NAME; a suite takes one, a sweep several."""
+    episodes: int | None = None
+    """Number of episodes of each condition; by default the suite's, or 100."""
+    scenario: tuple[str, ...] = ()
+    """Scenarios of a sweep: nominal, noisy, current, gyre, mismatch, failure, harsh, or
+    module:NAME; by default nominal."""
+    num_boats: tuple[int, ...] = ()
+    """Team sizes of a sweep, 2 to 100; by default 4."""
+    preset: str | None = None
+    """Preset of a sweep: nominal, experiment, paper_simulation."""
+    seed: int | None = None
+    """Seed of the first episode of a sweep; by default 0."""
+    goal: tuple[float, float, float] | None = None
+    """Goal of a sweep, the pose x y heading of the vessel in m, m, rad; by default the paper's."""
+    random_goals: bool = False
+    """Draw a goal for each episode of a sweep by its seed."""
+    workers: int | None = None
+    """Number of processes, by default one a core; 0 runs everything in this one, for a debugger.
+    It changes no number."""
+    num_envs: int = 32
+    """Number of worlds side by side in a process. It changes no number."""
+    out: Path | None = None
+    """Folder of the run; by default below runs."""
+    replays: int | None = None
+    """Number of first episodes of each condition that can be watched in the report; where policies
+    fail, up to as many again. By default 180, shared by the conditions."""
+    record: bool = False
+    """Save trajectories too, for imitation learning."""
+    video: Path | None = None
+    """Film the first episode: .gif or .mp4."""
+    overwrite: bool = False
+    """Replace what is in the way."""
 
-def _check_numbers(options: argparse.Namespace) -> None:
-    for name, least in LEAST.items():
-        value = getattr(options, name)
-        if value is not None and value < least:
-            flag = name.replace("_", "-")
-            raise ValueError(f"--{flag} {value}: must be at least {least}")
-    if (options.seed or 0) + (options.episodes or 0) >= seeds.TRAINING.stop:
-        raise ValueError(f"--seed {options.seed}: must lie below {seeds.TRAINING.stop}")
+    def chosen_suite(self) -> Suite:
+        """Returns the suite or the sweep that is asked for.
 
-
-def _suite(options: argparse.Namespace) -> Suite:
-    """What is to be run."""
-    tasks = options.task or ["transport"]
-    if options.suite is None:
-        goal = None if options.random_goals else tuple(options.goal or PAPER_GOAL)
-        return custom(
-            tasks,
-            options.scenario or ["nominal"],
-            options.num_boats or [None],
-            options.preset or "nominal",
-            goal,
-            options.seed or 0,
-            options.episodes or 100,
+        Raises:
+            ValueError: an unknown name, a value out of range, or options that exclude each other.
+        """
+        if self.suite is not None:
+            return self._named_suite(self.suite)
+        if self.random_goals and self.goal:
+            raise ValueError("--random-goals is not allowed with --goal: leave one out")
+        return sweep(
+            self.task,
+            self.scenario or ("nominal",),
+            self.num_boats or (None,),
+            self.preset or "nominal",
+            None if self.random_goals else self.goal or PAPER_GOAL,
+            self.seed or 0,
+            100 if self.episodes is None else self.episodes,
         )
-    suite = SUITES[choice("suite", options.suite, SUITES)]
-    settled = [
-        name
-        for name in ONLY_CUSTOM
-        if (value := getattr(options, name)) is not None and value is not False
-    ]
-    if settled or len(tasks) > 1:
-        flag = (settled or ["task"])[0].replace("_", "-")
-        raise ValueError(f"--{flag} cannot go with --suite, which settles it: leave one out")
-    episodes = options.episodes or suite.episodes
-    if episodes > suite.episodes:
-        raise ValueError(
-            f"--episodes {episodes}: {suite.name} has {suite.episodes} of each condition"
-        )
-    return suite.of(choice("task", tasks[0], TASKS)).first(episodes)
+
+    def _named_suite(self, name: str) -> Suite:
+        settled = [name for name in SWEEP if getattr(self, name) not in (None, (), False)]
+        if settled or len(self.task) > 1:
+            flag = (settled or ["task"])[0].replace("_", "-")
+            raise ValueError(f"--{flag} cannot go with --suite, which settles it: leave one out")
+        suite = SUITES.find(name)
+        return suite if self.task == Options.task else suite.with_task(self.task[0])
+
+    def named_policies(self) -> dict[str, list[str]]:
+        """Returns the words of ``policies`` by the names of the policies.
+
+        Raises:
+            ValueError: a name twice, or several trainings without a name.
+        """
+        found: dict[str, list[str]] = {}
+        for word in self.policies:
+            name, equals, rest = word.partition("=")
+            if not equals or Path(word).exists():
+                name, equals, rest = "", "", word
+            words = rest.split(",")
+            if len(words) > 1 and not equals:
+                raise ValueError(
+                    f"{word}: several trainings of one policy need a name, NAME=A.zip,B.zip; "
+                    "separate different policies with spaces"
+                )
+            if not equals:
+                name = Path(word).stem if is_file(word) else word.rpartition(":")[2]
+            if name in found:
+                given = " ".join(self.policies)
+                raise ValueError(f"--policies {given}: name each policy once (NAME=...)")
+            found[name] = words
+        return found
+
+    def check_video(self) -> None:
+        """Refuses a film of an unknown kind, or one that would replace a file."""
+        if self.video is None:
+            return
+        choice("kind of video", self.video.suffix.lower(), video.SUFFIXES)
+        if self.video.exists() and not self.overwrite:
+            raise FileExistsError(f"{self.video} exists: name another file, or use --overwrite")
 
 
-def _check_files(options: argparse.Namespace) -> None:
-    """Completes ``out``, and refuses to replace what the folder does not hold by itself."""
-    suite = options.suite
-    if options.out is None:
-        options.out = Path("runs") / _folder_name(suite)
-    if options.out.exists() and not options.out.is_dir():
-        raise FileExistsError(f"{options.out} is a file: choose another folder with --out")
-    present = [name for name in FILES if (options.out / name).exists()]
-    if present and not (options.out / STORE).exists() and not options.overwrite:
-        raise FileExistsError(
-            f"{options.out} holds {', '.join(present)} of another origin: choose another folder "
-            "with --out, or replace them with --overwrite"
-        )
-    if options.video is not None:
-        choice("kind of video", options.video.suffix.lower(), video.SUFFIXES)
-        if options.video.exists() and not options.overwrite:
-            raise FileExistsError(f"{options.video} exists: name another file, or use --overwrite")
-
-
-def _folder_name(suite: Suite) -> str:
-    """What a folder is called after: the same for the same set of episodes."""
+def folder_name(suite: Suite) -> str:
+    """Returns the name of the default folder, the same for the same set of episodes."""
     if suite.name in SUITES:
         return suite.name if suite.task == "transport" else f"{suite.name}-{suite.task}"
-    parts = [suite.task, *dict.fromkeys(condition.scenario for condition in suite.conditions)]
-    return "-".join([*parts, suite.digest()[:6]])
+    scenarios = dict.fromkeys(condition.scenario_name for condition in suite.conditions)
+    return "-".join([suite.task, *scenarios, suite.digest()[:6]])
 
 
-def _cores() -> int:
-    """That this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+def as_flags(message: str) -> str:
+    """Returns a message about arguments of ``compare`` as one about options."""
+    names = "|".join(f.name for f in fields(Options))
+
+    def flag(found: re.Match[str]) -> str:
+        return f"--{found[1].replace('_', '-')}" + (" " if found[2] is None else "")
+
+    return re.sub(rf"\b({names})=(True\b|\.\.\.)?", flag, message)

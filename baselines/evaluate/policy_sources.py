@@ -1,225 +1,167 @@
-"""Who takes part: from a word of the command line to a policy.
-
-A word is the name of a policy that is part of this package, the path of a policy file (``.npz``)
-or of a stable-baselines3 model (``.zip``), or ``module:Class``. ``NAME=WORD`` gives it another
-name; ``NAME=WORD,WORD,...`` is one policy that was trained several times.
-"""
+"""Where policies come from: registered names, files, and classes, also those of a notebook."""
 
 from __future__ import annotations
 
 import hashlib
-import importlib
 import inspect
-import re
+import linecache
+import pickle
 import sys
+import uuid
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from asv_env.checks import choice
 from asv_env.params import EnvParams
-from asv_env.simulation import Simulation
-from baselines.evaluate.conditions import Suite
+from asv_env.registry import load
 from baselines.learned import policy_file, shipped
 from baselines.learned.sb3_policy import Sb3Policy
-from baselines.policy import POLICIES, Policy
+from baselines.policy import POLICIES, MakePolicy, Policy
 from baselines.rollout import provenance
-from baselines.rollout.guard import checked_action
 
 EXPORTED, SB3 = policy_file.SUFFIX, ".zip"
+"""Endings of the names of policy files, and of models that stable-baselines3 has saved."""
 SB3_NEEDS = ("stable-baselines3", "torch")
-NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
-"""Of a policy: it also names a folder."""
 
 
 @dataclass(frozen=True)
-class Source:
-    """Where a policy comes from; can be sent to another process.
+class PolicySource:
+    """A policy, or one training of it, before it is made for an environment.
+
+    It can be sent to another process.
 
     Attributes:
-        word: as given on the command line.
+        word: what messages call it.
+        factory: makes the policy.
+        file: in which it is stored or written; None for one of this package or of a notebook.
+        identity: what fingerprints hold besides the contents of the file.
     """
 
     word: str
-
-    @property
-    def path(self) -> Path | None:
-        """Of its file; None where it is not in one."""
-        path = Path(self.word)
-        return path if path.suffix in (EXPORTED, SB3) else None
+    factory: MakePolicy
+    file: Path | None = None
+    identity: str = ""
 
     def make(self, params: EnvParams) -> Policy:
-        """The policy, for an environment.
+        """Returns the policy for an environment.
 
         Raises:
             ValueError: it is not a policy, or does not fit the environment.
             FileNotFoundError: there is no such file.
-            ImportError: there is no such module.
         """
-        if self.word in POLICIES:
-            return POLICIES[self.word](params)
-        if self.path is not None:
-            load: Any = policy_file.load if self.path.suffix == EXPORTED else Sb3Policy
-            return load(self.path, params)
-        return self._class()(params)
-
-    def check(self, trusted: bool) -> None:
-        """Refuses what cannot be a policy, or must not be read.
-
-        Args:
-            trusted: whether files may be read that run code.
-
-        Raises:
-            ValueError, FileNotFoundError, ImportError: as ``make``.
-        """
-        if self.word in POLICIES:
-            return
-        if self.path is None:
-            if ":" not in self.word:
-                choice("policy", self.word, POLICIES)
-            try:
-                self._class()
-            except SyntaxError as error:
-                raise ValueError(f"{self.word}: {error}") from error
-        elif not self.path.is_file():
-            raise FileNotFoundError(f"{self.word}: there is no such file")
-        elif self.path.suffix == SB3 and not trusted:
-            raise ValueError(
-                f"{self.word} holds pickled objects, and reading it runs whatever code is in it: "
-                "add --trust-pickles if you trust its source"
-            )
+        try:
+            return self.factory(params)
+        except (ValueError, ImportError, OSError):
+            raise
+        except Exception as error:
+            raise ValueError(f"{self.word}: {type(error).__name__}: {error}") from error
 
     def fingerprint(self) -> str:
-        """A digest of what it is; for a scripted policy of this package, which it is.
+        """Returns a digest of the policy; the name of a scripted policy of this package.
 
-        Of a class it covers the file in which it is written, not what that imports.
+        A class is covered by the file in which it is written, not by what that imports.
         """
-        if self.word == "learned":
-            return shipped.fingerprint()
-        if self.word in POLICIES:
-            return self.word
-        path = self.path or Path(inspect.getsourcefile(self._class()) or "")
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-        return digest if path.suffix != SB3 else f"{digest} with {_libraries(SB3_NEEDS)}"
-
-    def _class(self) -> type[Any]:
-        module, _, name = self.word.partition(":")
-        if "" not in sys.path:
-            sys.path.insert(0, "")  # modules of the folder in which the command was given
-        found = getattr(importlib.import_module(module), name, None)
-        if not inspect.isclass(found):
-            raise ValueError(f"{self.word}: the module {module} has no class {name!r}")
-        return found
+        contents = "" if self.file is None else _digest(self.file.read_bytes())
+        return " with ".join(filter(None, (contents, self.identity)))
 
 
-def _libraries(names: Sequence[str]) -> str:
-    return ", ".join(f"{name} {version}" for name, version in provenance.versions(names).items())
+def is_file(word: str) -> bool:
+    """Returns whether a word is the path of a policy file or of a model, by its ending."""
+    return Path(word).suffix in (EXPORTED, SB3)
 
 
-@dataclass(frozen=True)
-class Entrant:
-    """A policy that takes part.
+def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicySource:
+    """Returns the source of a policy.
 
-    Attributes:
-        name: in tables.
-        sources: one for each of its trainings.
-    """
-
-    name: str
-    sources: tuple[Source, ...]
-
-    def training_seed(self, number: int) -> int | None:
-        """What rows say of its ``number``-th source."""
-        return number if len(self.sources) > 1 else None
-
-
-def entrant(word: str) -> Entrant:
-    """From a word of the command line.
+    Args:
+        given: name of a registered policy, path of a policy file (``.npz``) or of a
+            stable-baselines3 model (``.zip``), "module:Class", or a class or another function
+            ``EnvParams -> Policy``.
+        trust_pickles: whether files may be read that run code.
 
     Raises:
-        ValueError: a name that cannot be one, or several trainings without a name of their own.
-    """
-    name, given, rest = word.partition("=")
-    if not given or Path(word).exists():
-        name, given, rest = "", "", word
-    sources = tuple(Source(source) for source in rest.split(","))
-    if len(sources) > 1 and (not given or any(one.word in POLICIES for one in sources)):
-        raise ValueError(
-            f"{word}: several trainings of one policy need a name and files or classes of their "
-            "own, NAME=A.zip,B.zip; part different policies with spaces"
-        )
-    path = sources[0].path
-    if not given:
-        name = sources[0].word.rpartition(":")[2] if path is None else path.stem
-    if not NAME.fullmatch(name):
-        raise ValueError(
-            f"{word}: {name!r} cannot be a name; begin with a letter or a digit and use these, "
-            "dots, plus, minus and underscores"
-        )
-    return Entrant(name, sources)
-
-
-def entrants(words: Sequence[str], suite: Suite, trusted: bool) -> tuple[Entrant, ...]:
-    """All that take part, each found to fit every condition of a suite.
-
-    Raises:
-        ValueError: a name twice, something that is not a policy or does not fit.
+        ValueError: an unknown name, or a file that must not be read.
         FileNotFoundError, ImportError: there is no such file or module.
+        TypeError: something else.
     """
-    found = tuple(map(entrant, words))
-    names = [one.name for one in found]
-    if len(set(names)) < len(names):
-        raise ValueError(f"--policies {' '.join(words)}: name each policy once (name=...)")
-    for one in found:
-        for source in one.sources:
-            source.check(trusted)
-            for condition in suite.conditions:
-                try:
-                    _try(source, condition.params, suite.seed)
-                except ValueError as error:
-                    raise ValueError(
-                        f"{one.name} in condition {condition.name!r}: {error}"
-                    ) from error
-    return found
-
-
-def _try(source: Source, params: EnvParams, seed: int) -> None:
-    """Makes the policy and lets it decide once.
-
-    Raises:
-        ValueError, TypeError: it cannot be made, or does not speak as ``Policy`` says.
-    """
-    policy = _made(source, params)
-    if not hasattr(policy, "act"):
-        raise ValueError(f"{source.word} is not a policy: it has no method act")
-    simulation = Simulation(params)
-    observation = simulation.reset(seeds=[seed])
-    given = (simulation.sensed, observation, None, np.ones(1, dtype=np.bool_))
+    if callable(given):
+        return _written(getattr(given, "__name__", type(given).__name__), given)
+    if not isinstance(given, str | Path):
+        raise TypeError(f"{given!r} is not a policy: give a name, a path, a class or a function")
+    word, path = str(given), Path(given)
+    if word in POLICIES:
+        return _registered(word)
+    if is_file(word):
+        return _stored(word, path, trust_pickles)
+    if ":" not in word:
+        choice("policy", word, POLICIES)
     try:
-        inspect.signature(policy.act).bind(*given)
-    except TypeError as error:
+        return _written(word, load(word))
+    except SyntaxError as error:
+        raise ValueError(f"{word}: {error}") from error
+
+
+def _registered(name: str) -> PolicySource:
+    factory = POLICIES[name]
+    if factory.__module__.partition(".")[0] != "baselines":
+        return _written(name, factory)
+    return PolicySource(name, factory, None, shipped.fingerprint() if name == "learned" else name)
+
+
+def _stored(word: str, path: Path, trust_pickles: bool) -> PolicySource:
+    """Returns the source of a policy in a file that training has left."""
+    if not path.is_file():
+        raise FileNotFoundError(f"{word}: there is no such file")
+    if path.suffix == EXPORTED:
+        return PolicySource(word, partial(policy_file.load, path), path)
+    if not trust_pickles:
         raise ValueError(
-            f"{source.word}: act must take (sensed, observation, memory, fresh): {error}"
-        ) from error
-    try:
-        decided = policy.act(*given)
-    except Exception:
-        return  # It fails its episodes, one by one, and each is named.
-    if not (isinstance(decided, tuple) and len(decided) == 2):
-        raise ValueError(
-            f"{source.word}: act returned {type(decided).__name__}: return (action, memory)"
+            f"{word} holds pickled objects, and reading it runs whatever code is in it: "
+            "add trust_pickles=True if you trust its source"
         )
-    checked_action(decided[0], (1, params.num_boats, 2))
+    libraries = provenance.versions(SB3_NEEDS)
+    identity = ", ".join(f"{name} {version}" for name, version in libraries.items())
+    return PolicySource(word, partial(Sb3Policy, path), path, identity)
 
 
-def _made(source: Source, params: EnvParams) -> Policy:
-    """The policy; whatever else its class raises becomes a ValueError that names it."""
+def _written(word: str, factory: Any) -> PolicySource:
+    """Returns the source of a class or function of somebody's own."""
+    if not callable(factory):
+        raise ValueError(f"{word} is not a policy: it is neither a class nor a function")
+    function, bound = factory, [cell.cell_contents for cell in _closure(factory)]
+    if isinstance(factory, partial):
+        function, bound = factory.func, [factory.args, factory.keywords]
+    file = getattr(sys.modules.get(function.__module__), "__file__", None)
+    text = "" if file else _notebook_cell(function)
+    identity = _identity(function, text, bound) if file or text else uuid.uuid4().hex
+    return PolicySource(word, factory, Path(file) if file else None, identity)
+
+
+def _identity(function: Any, text: str, bound: Sequence[Any]) -> str:
+    """Returns what tells a class or function from others of its file, with the values bound to it.
+
+    Where these cannot be compared it is a new one every time: nothing is taken for the same.
+    """
+    name = getattr(function, "__qualname__", type(function).__qualname__)
     try:
-        return source.make(params)
-    except (ValueError, ImportError, OSError):
-        raise
-    except Exception as error:
-        raise ValueError(f"{source.word}: {type(error).__name__}: {error}") from error
+        return f"{name} {_digest(text.encode() + pickle.dumps(bound))}" if text or bound else name
+    except (pickle.PickleError, TypeError, AttributeError):
+        return uuid.uuid4().hex
+
+
+def _closure(function: Any) -> Sequence[Any]:
+    return getattr(function, "__closure__", None) or ()
+
+
+def _notebook_cell(function: Any) -> str:
+    """Returns the text of the cell in which a class or function is written, "" if unknown."""
+    parts = vars(function).values() if inspect.isclass(function) else [function]
+    names = [part.__code__.co_filename for part in parts if inspect.isfunction(part)]
+    return "".join(linecache.getlines(names[0])) if names else ""
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()[:16]

@@ -1,18 +1,21 @@
 """The published suites: frozen sets of episodes, on which results can be compared for years.
 
-What a published name means is never changed; its ``digest`` is kept in the tests, and a changed
-suite takes a new name.
+A published suite never changes: its ``digest`` is kept in the tests, and a suite that has to
+change takes a new name. ``SUITES.register`` adds one of your own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from baselines.evaluate.conditions import Condition, Suite
+from asv_env.params import EnvParams
+from asv_env.registry import Registry
+from baselines.evaluate.conditions import CUSTOM, Condition, Suite
 from baselines.paper.experiment import PAPER_GOAL
 
 PLANK_AREA = 0.40 * 0.15
-"""Of the vessel seen from above, m^2; the same for all shapes, and so is its mass."""
+"""Area of the vessel seen from above, m^2: all shapes have this area and the same mass."""
 
 
 def _water(current: str, speed: float) -> dict[str, Any]:
@@ -25,7 +28,7 @@ def _noise(factor: float) -> dict[str, Any]:
 
 
 def _shaped(aspect: float) -> dict[str, Any]:
-    """A plank of the nominal area and mass; its drag follows its length."""
+    """Returns a plank of the nominal area and mass, whose drag follows from its length."""
     length = (PLANK_AREA * aspect) ** 0.5
     return {"vessel": {"length": length, "width": PLANK_AREA / length, "mass": 0.60}}
 
@@ -110,29 +113,62 @@ _PAPER = (
         "noisy", "the same, measured with noise", "nominal", scenario="noisy", preset="experiment"
     ),
 )
-SUITES = {
-    suite.name: suite
-    for suite in (
-        Suite(
-            "quick-v1",
-            "Two minutes on a laptop: the paper's goal and goals over the plane.",
-            (
-                Condition("paper-goal", "one goal for all", options={"goal": PAPER_GOAL}),
-                Condition("plane", "goals over the whole plane"),
-                Condition("noisy", "the same, measured with noise", "plane", scenario="noisy"),
+SUITES: Registry[Suite] = Registry(
+    "suite",
+    {
+        suite.name: suite
+        for suite in (
+            Suite(
+                "quick-v1",
+                "Two minutes on a laptop: the paper's goal and goals over the plane.",
+                (
+                    Condition("paper-goal", "one goal for all", options={"goal": PAPER_GOAL}),
+                    Condition("plane", "goals over the whole plane"),
+                    Condition("noisy", "the same, measured with noise", "plane", scenario="noisy"),
+                ),
+                seed=1_000_000,
+                episodes=60,
             ),
-            seed=1_000_000,
-            episodes=60,
-        ),
-        Suite("paper-v1", "The paper's experiment: one goal pose, four boats.", _PAPER, 2_000_000),
-        Suite("plane-v1", "Goals anywhere around the vessel, any heading.", _PLANE, 3_000_000),
-        Suite(
-            "robust-v1", "Disturbances one by one, each beside its control.", _robust(), 4_000_000
-        ),
-        Suite(
-            "team-v1", "Teams of 2 to 32 boats; the vessel grows with them.", _teams(), 5_000_000
-        ),
-        Suite("shape-v1", "Vessels of other shapes, and one without fins.", _shapes(), 6_000_000),
-    )
-}
-"""The published suites by name."""
+            Suite(
+                "paper-v1", "The paper's experiment: one goal pose, four boats.", _PAPER, 2_000_000
+            ),
+            Suite("plane-v1", "Goals anywhere around the vessel, any heading.", _PLANE, 3_000_000),
+            Suite(
+                "robust-v1",
+                "Disturbances one by one, each compared with its control.",
+                _robust(),
+                4_000_000,
+            ),
+            Suite(
+                "team-v1",
+                "Teams of 2 to 32 boats; the vessel grows with them.",
+                _teams(),
+                5_000_000,
+            ),
+            Suite(
+                "shape-v1", "Vessels of other shapes, and one without fins.", _shapes(), 6_000_000
+            ),
+        )
+    },
+)
+"""Suites by name."""
+
+
+def find(given: str | Suite | Condition | EnvParams | Sequence[Condition]) -> Suite:
+    """Returns the suite that is meant by a name, by conditions, or by an environment's parameters.
+
+    Raises:
+        ValueError: an unknown name, no condition, or two of the same name.
+        TypeError: something else.
+    """
+    if isinstance(given, str | Suite):
+        return SUITES.find(given)
+    if isinstance(given, EnvParams):
+        given = Condition(CUSTOM, environment=given)
+    conditions = (given,) if isinstance(given, Condition) else tuple(given)
+    if not conditions or not all(isinstance(one, Condition) for one in conditions):
+        raise TypeError(f"suite={given!r}: give a name, a Suite, Conditions or EnvParams")
+    names = [condition.name for condition in conditions]
+    if len(set(names)) < len(names):
+        raise ValueError(f"suite={', '.join(names)}: give each condition a name of its own")
+    return Suite(CUSTOM, "Conditions given from Python.", conditions, episodes=100)

@@ -1,4 +1,4 @@
-"""What the episodes of a comparison amount to, as plain values for ``summary.json``."""
+"""Summary of the episodes of a comparison, as plain values for ``summary.json``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from baselines.evaluate.results import Results
 from baselines.evaluate.statistics import Estimate
 
 TOLERANCES = (0.5, 1.0, 2.0)
-"""Of the goal pose, in those of the task (5 cm and 0.1 rad with the nominal vessel)."""
+"""Multiples of the task's tolerances (5 cm and 0.1 rad with the nominal vessel)."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +23,11 @@ class Measure:
     """A column that is summarised.
 
     Attributes:
-        label: in tables.
-        unit: in tables.
-        scale: from the column's unit to that of tables.
+        label: name in tables.
+        unit: unit in tables.
+        scale: factor from the column's unit to that of tables.
         signed: whether its sign counts; else magnitudes are summarised.
-        least: below which no value can lie, and so no interval of a mean.
+        least: least possible value, below which no interval of a mean reaches.
     """
 
     label: str
@@ -45,95 +45,88 @@ MEASURES = {
     "heading_error": Measure("heading error at the end", "rad", signed=False),
     "min_position_error": Measure("smallest distance", "cm", 100.0),
     "heading_error_at_min": Measure("heading error then", "rad", least=-np.pi),
-    "path_length_ratio": Measure("way over Dubins path", ""),
+    "path_length_ratio": Measure("path length over Dubins path", ""),
     "effort": Measure("effort", "s"),
     "collisions": Measure("collisions", ""),
     "closure_lost": Measure("closure lost", ""),
     "episode_return": Measure("return", "", least=-np.inf),
 }
 COMPARED = ("time_to_goal", "time_to_closure", "min_position_error", "effort")
-"""Columns of which differences are taken."""
+"""Columns whose differences are taken, episode by episode."""
 
 
 def summarise(results: Results) -> dict[str, Any]:
-    """The summary of a comparison.
+    """Returns the summary of a comparison.
 
-    Returns:
-        ``conditions``, by name; of each ``about``, ``control``, ``policies`` (see ``_policy``),
-        ``comparisons`` of the other policies with the first and ``against_control`` of each
-        policy with itself in the condition without the disturbance (see ``_comparison``). Intervals
-        have the level 0.95.
+    Under ``conditions``, by name, each has ``about``, ``control``, ``policies`` (see ``_policy``),
+    ``comparisons`` of the other policies with the first, and ``against_control`` of each policy
+    with itself in the condition without the disturbance (see ``_comparison``). Intervals have the
+    level 0.95.
     """
-    return {
-        "conditions": {
-            condition.name: _condition(results, condition) for condition in results.suite.conditions
-        }
-    }
+    conditions = results.suite.conditions
+    return {"conditions": {one.name: _condition(results, one) for one in conditions}}
 
 
 def _condition(results: Results, condition: Condition) -> dict[str, Any]:
     first, *others = results.policies
-    control = condition.control
+    name, control = condition.name, condition.control
     return {
         "about": condition.about,
         "control": control,
-        "policies": {name: _policy(results, condition.name, name) for name in results.policies},
+        "policies": {policy: _policy(results, condition, policy) for policy in results.policies},
         "comparisons": {
-            name: _comparison(results, (condition.name, name), (condition.name, first))
-            for name in others
+            other: _comparison(results, (name, other), (name, first)) for other in others
         },
         "against_control": {
-            name: _comparison(results, (condition.name, name), (control, name))
-            for name in results.policies
+            policy: _comparison(results, (name, policy), (control, policy))
+            for policy in results.policies
             if control is not None
         },
     }
 
 
-def _policy(results: Results, condition: str, policy: str) -> dict[str, Any]:
-    """Of one policy in one condition.
+def _policy(results: Results, condition: Condition, policy: str) -> dict[str, Any]:
+    """Returns the summary of one policy in one condition.
 
-    Returns:
-        ``episodes``, ``trainings``; ``success``; ``placed`` within ``TOLERANCES``; ``causes``
-        of failures with their numbers; and, by column, the ``MEASURES`` over the episodes to
-        which they apply.
+    It has ``episodes``, ``trainings``; ``success``; ``placed`` within ``TOLERANCES``; ``causes``
+    of failures with their numbers; and, by column, the ``MEASURES`` over the episodes to which
+    they apply.
     """
-    success = results.success(condition, policy)
-    rows = [row for training in results.rows[condition, policy] for row in training]
+    key = condition.name, policy
+    success = results.success(*key)
+    causes = [row.cause for training in results.rows[key] for row in training if row.cause]
+    placed = TOLERANCES if condition.params.definition.has_goal else ()
     summary: dict[str, Any] = {
         "episodes": success.shape[1],
         "trainings": success.shape[0],
         "success": asdict(statistics.proportion(success)),
         "placed": {
-            f"{tolerance:g}": asdict(
-                statistics.proportion(results.placed(condition, policy, tolerance))
-            )
-            for tolerance in TOLERANCES
-            if rows[0].task != "approach"
+            f"{tolerance:g}": asdict(statistics.proportion(results.placed(*key, tolerance)))
+            for tolerance in placed
         },
-        "causes": dict(sorted(Counter(row.cause for row in rows if row.cause).items())),
+        "causes": dict(sorted(Counter(causes).items())),
     }
     for column, measure in MEASURES.items():
-        values = results.column(condition, policy, column)
+        values = results.column(*key, column)
         if np.isfinite(values).any():
             summary[column] = _measured(values if measure.signed else np.abs(values), measure.least)
     return summary
 
 
 def _measured(values: Float, least: float) -> dict[str, Any]:
-    """Mean and interquartile mean with intervals, median, 90th percentile and deviation."""
+    """Returns mean and interquartile mean with intervals, median, 90th percentile, deviation."""
     present = values[np.isfinite(values)]
     return {
-        "mean": _from(least, statistics.mean(values)),
-        "iqm": _from(least, statistics.interquartile_mean(values)),
+        "mean": _bounded(statistics.mean(values), least),
+        "iqm": _bounded(statistics.interquartile_mean(values), least),
         "median": float(np.median(present)),
         "p90": float(np.quantile(present, 0.9)),
         "sd": float(present.std(ddof=1)) if len(present) > 1 else None,
     }
 
 
-def _from(least: float, estimate: Estimate) -> dict[str, Any]:
-    """An estimate whose interval does not reach below what is possible."""
+def _bounded(estimate: Estimate, least: float) -> dict[str, Any]:
+    """Returns an estimate whose interval does not reach below the least possible value."""
     low = estimate.low if estimate.low is None else max(estimate.low, least)
     return asdict(replace(estimate, low=low))
 
@@ -141,7 +134,7 @@ def _from(least: float, estimate: Estimate) -> dict[str, Any]:
 def _comparison(
     results: Results, first: tuple[str, str], second: tuple[str, str]
 ) -> dict[str, Any]:
-    """Of one condition and policy with another, episode by episode.
+    """Compares one condition and policy with another, episode by episode.
 
     Returns:
         Differences first - second of ``success`` and of the columns that both have, over the

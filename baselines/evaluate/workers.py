@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.policy_sources import Source
+from baselines.evaluate.policy_sources import PolicySource
 from baselines.evaluate.store import Series
 from baselines.rollout import runner, trajectories
 from baselines.rollout.episodes import Label, PoseLog
@@ -49,7 +49,7 @@ class Job:
 
     series: Series
     condition: Condition
-    source: Source
+    source: PolicySource
     fingerprint: str
     label: Label
     seeds: tuple[int, ...]

@@ -22,7 +22,7 @@ import tyro
 from tqdm import tqdm
 
 from baselines.evaluate.conditions import Suite
-from baselines.evaluate.policy_sources import Source
+from baselines.evaluate.policy_sources import find
 from baselines.evaluate.report import rendering
 from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
@@ -109,9 +109,9 @@ def check(suite: Suite, results: Results, count: int) -> None:
     pairs = [(condition, policy) for condition in suite.conditions for policy in results.policies]
     for condition, policy in tqdm(pairs, desc="published episodes, run again"):
         before = results.rows[condition.name, policy][0][:count]
-        label = Label(policy, None, condition.name, condition.scenario)
+        label = Label(policy, None, condition.name, condition.scenario_name)
         seeds = [row.seed for row in before]
-        logs = runner.run(Source(policy).make, condition.params, seeds, count, label)
+        logs = runner.run(find(policy).make, condition.params, seeds, count, label)
         again = {log.episode.seed: log.episode for log in logs}
         differ = [row for row in before if not _same(again[row.seed], row)]
         ends_differently = any(again[row.seed].cause != row.cause for row in differ)
