@@ -1,8 +1,7 @@
 """Everything by which the scripted controller can be tuned, in SI units.
 
-The values were chosen on development seeds, by the share and the speed of deliveries. Only where
-a docstring gives a reason does a value follow from one. A gain in 1/s is the inverse of the time
-constant of its loop.
+The values were chosen on development seeds, by the share and the time of deliveries; what a
+docstring adds to one is its meaning, not its derivation.
 """
 
 from dataclasses import dataclass
@@ -19,9 +18,9 @@ class GraspGains:
     max_speed: float = 0.2
     """Speed limit of boats that are late, m/s: a full action."""
     arrival_gain: float = 0.35
-    """Speed limit per distance left to the waypoint, 1/s."""
+    """Speed limit per distance left to the waypoint, 1/s: time constant 2.9 s."""
     heading_gain: float = 2.5
-    """Yaw rate per heading error, 1/s."""
+    """Yaw rate per heading error, 1/s: half the bandwidth of the nominal boats' autopilot."""
     velocity_gain: float = 0.7
     """Fraction of the velocity error that is added to the velocity for which a boat steers."""
     drift_time: float = 3.0
@@ -29,7 +28,7 @@ class GraspGains:
     avoidance_range: float = 0.2
     """Distance below which boats avoid each other on their paths, m."""
     avoidance_speed: float = 0.08
-    """Speed at which they move apart at distance 0, m/s."""
+    """Speed at which boats avoid each other at distance 0, m/s."""
     waypoint_height: float = 0.1
     """Height of the waypoints above the slots, m."""
     patience: float = 10.0
@@ -37,17 +36,17 @@ class GraspGains:
     docking_half_width: float = 0.1
     """Half-width of the region above its target in which a boat docks, m."""
     docking_height: float = 0.35
-    """Height of that region, m."""
+    """Height of the region above its target in which a boat docks, m."""
     descent_gain: float = 1.0
-    """Speed of a docking boat per height above its target, 1/s."""
+    """Speed of a docking boat per height above its target, 1/s: time constant 1 s."""
     descent_speed: float = 0.06
-    """Limit of that speed, m/s."""
+    """Speed limit of a docking boat, m/s."""
     lookahead: float = 0.04
     """Distance over which a docking boat returns to the line of its slot, m."""
     lookahead_time: float = 0.7
-    """Growth of that distance with the speed, s."""
+    """Growth of the lookahead with the speed, s."""
     pointing_speed: float = 0.09
-    """Floor of the speed towards the hull in a docking boat's heading, m/s: it rests aligned."""
+    """Least speed towards the hull for which a docking boat steers, so that it is aligned, m/s."""
     funnel_slope: float = 0.6
     """Growth of the half-width of the funnel above a slot with the height."""
     retry_height: float = 0.06
@@ -61,11 +60,11 @@ class PushGains:
     """Gains of the push (``PushController``)."""
 
     speed_gain: float = 1.33
-    """Force per mass and speed error of the vessel, 1/s."""
+    """Force per mass and speed error of the vessel, 1/s: time constant 0.75 s."""
     moment_reserve: float = 0.6
-    """Force that side boats may always use for the moment, fraction of the full-speed drag."""
+    """Force that side boats may always use for the moment, fraction of the drag at full speed."""
     contact_force: float = 0.145
-    """Least force of all side boats together, which keeps contact, fraction of that drag."""
+    """Least force of all side boats together, for contact, fraction of the drag at full speed."""
     max_end_force: float = 5.6e-3
     """Largest force of the end boats along a hull of 0.40 m, N."""
     min_end_force: float = 7e-4
@@ -73,15 +72,15 @@ class PushGains:
     spread: float = 1.2
     """Position of the side boats along the hull, relative to their slots."""
     gap_gain: float = 0.2
-    """Closing speed per gap to the hull, 1/s."""
+    """Closing speed per gap to the hull, 1/s: time constant 5 s."""
     heading_gain: float = 4.0
-    """Yaw rate per heading error, 1/s."""
+    """Yaw rate per heading error, 1/s: time constant 0.25 s."""
     yaw_offset_gain: float = 2.2
     """Yaw offset of side boats per distance along the hull to their places, rad/m."""
     friction_compensation: float = 0.32
     """Fraction of the lateral friction compensated by a yaw offset, 0 to 1."""
     lateral_gain: float = 0.23
-    """Speed of end boats across their bow per distance to their places, 1/s."""
+    """Speed of end boats along the hull per distance to their places, 1/s: time constant 4.3 s."""
     drift_compensation: float = 1.2
     """Fraction of their drift angle in a turn that end boats steer against."""
 
