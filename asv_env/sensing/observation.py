@@ -41,7 +41,7 @@ LENGTH = None
 """Scale of features in vessel lengths."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Feature:
     """A feature of an observation, of one or several columns.
 
@@ -187,14 +187,13 @@ def observe_features(
     column = 0
     for feature in features:
         width = len(feature.scale)
-        part = values[..., column : column + width]
         value = feature.value(view)
         if width == 1:
-            part[..., 0] = value
-        elif np.iscomplexobj(value):
-            part.view(np.complex128)[..., 0] = value
+            values[..., column] = value
+        elif value.dtype.kind == "c":
+            values[..., column : column + 2].view(np.complex128)[..., 0] = value
         else:
-            part[...] = value
+            values[..., column : column + width] = value
         column += width
     values *= _per_scale(features, params.vessel.length)
     # Two passes of these take less time than one of clip.

@@ -232,8 +232,10 @@ def weighted(
 
 def total(terms: Sequence[Term], values: dict[str, Float], num_boats: int) -> Float:
     """Returns the reward (W, A) of each boat: the sum of the terms."""
-    first, *others = (values[term.name] for term in sorted(terms, key=lambda term: term.shared))
-    reward = np.repeat(first, num_boats // first.shape[1], axis=1)
+    own = [values[term.name] for term in terms if not term.shared]
+    first, *others = own + [values[term.name] for term in terms if term.shared]
+    reward = np.empty((len(first), num_boats))
+    reward[...] = first
     for value in others:
         reward += value
     return reward
