@@ -1,7 +1,5 @@
 """Checks of parameters, whose errors name the value and what it may be."""
 
-from __future__ import annotations
-
 import difflib
 import math
 from collections.abc import Iterable, Sequence

@@ -4,8 +4,6 @@ A planar vector is a complex number x + iy and a direction is e = exp(ih), so th
 vector into the frame of a body with heading h is a multiplication by conj(e).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

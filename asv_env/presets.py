@@ -8,8 +8,6 @@ one. All are overrides of the defaults. One's own are registered, or given as ma
     make_params(scenario={"sensors": {"position_noise": 0.03}})
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace

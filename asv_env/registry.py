@@ -4,8 +4,6 @@ Wherever an option takes a name, it also takes ``"module:ATTRIBUTE"``, which is 
 thing itself.
 """
 
-from __future__ import annotations
-
 import importlib
 import sys
 from collections.abc import Iterator, Mapping

@@ -3,8 +3,6 @@
 The adapters in ``envs`` only translate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ Axes: ``W`` worlds, ``A`` boats, ``B = 1 + A`` bodies (row 0 is the vessel), ``K
 SI units; headings in radians, counter-clockwise from +x, wrapped to (-pi, pi].
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 

@@ -1,7 +1,5 @@
 """All parameters of an environment, checked against each other."""
 
-from __future__ import annotations
-
 import math
 import operator
 from dataclasses import dataclass, field, replace

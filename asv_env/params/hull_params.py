@@ -1,7 +1,5 @@
 """Floating hulls: size, mass, drag, thrust."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -124,7 +122,7 @@ class BoatParams(HullParams):
         """Corners of the hull with its flat bow, convex and counter-clockwise, m."""
         return geometry.boat_hull(self.length, self.width, self.bow)
 
-    def scaled(self, factor: float) -> BoatParams:
+    def scaled(self, factor: float) -> Self:
         """Returns the hull with every length times ``factor``; masses and thrust stay."""
         return replace(
             self,
@@ -161,7 +159,7 @@ class VesselParams(HullParams):
         super().__post_init__()
         check_number(self, "fins", 0.0)
 
-    def stretched(self, length: float) -> VesselParams:
+    def stretched(self, length: float) -> Self:
         """Returns the vessel at another length, with the same width, draft and fins.
 
         Mass and sway drag grow in proportion, the linear yaw drag with the third power and

@@ -1,7 +1,5 @@
 """What surrounds the hulls: water, sensors, clocks, and what varies between episodes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,10 +1,8 @@
 """Numbers of a task: distances, tolerances, times, and the weights of its reward."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Self
 
 from asv_env import geometry
 from asv_env.checks import TINY, check_interval, check_number, check_numbers, choice
@@ -97,7 +95,7 @@ class TaskParams:
             )
         return x, y, float(geometry.wrap(heading))
 
-    def scaled(self, factor: float) -> TaskParams:
+    def scaled(self, factor: float) -> Self:
         """Returns the task for a vessel ``factor`` times as long: distances and time scale."""
 
         def times(pair: tuple[float, float]) -> tuple[float, float]:

@@ -5,8 +5,6 @@ speeds by those of a full tracking action, thrust by that of a motor; headings a
 cosine and sine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The nearest boats, as a boat sees them."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

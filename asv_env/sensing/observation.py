@@ -7,8 +7,6 @@ every size; what has to be met to the centimetre appears a second time, magnifie
 An environment takes ``observation=[...]``: names of ``FEATURES``, or a ``Feature`` of one's own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache

@@ -5,8 +5,6 @@ filter is the steady-state Kalman filter of each axis, a pose and its rate, for 
 acceleration of the expected size.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

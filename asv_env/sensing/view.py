@@ -1,7 +1,5 @@
 """The world as the boats see it: the quantities from which features are computed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -4,8 +4,6 @@ Slots and relations are given in the vessel's frame, as complex numbers u + iw: 
 length, w along n, the side from which it is pushed in the nominal case.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Metrics of episodes, accumulated tick by tick from the true state."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

@@ -17,8 +17,6 @@ collision   -1 each second in which the boat touches another boat or a wall
 ==========  ====================================================================
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

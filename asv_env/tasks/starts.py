@@ -1,7 +1,5 @@
 """Initial-state distributions: poses, goals, variations and failures, from one Generator."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -13,8 +13,6 @@ A task of one's own is made from a built-in one with ``dataclasses.replace``::
 Functions at the top level of a module can be sent to worker processes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

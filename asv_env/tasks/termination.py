@@ -1,7 +1,5 @@
 """When an episode is over: the task is done, a body strayed, or the time is up."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any
