@@ -45,10 +45,10 @@ def test_exact_bearing_offset():
 
 def test_wheel_speeds_are_the_corrected_eq_3():
     family = "wheel_speeds_corrected_eq3"
-    heading, alpha, sense, sigma = column(family, "h", "alpha", "D", "sigma")
+    heading, alpha, turn, sigma = column(family, "h", "alpha", "D", "sigma")
     speed, beta, left, right = column(family, "S1", "beta", "V_L", "V_R")
     phi = spiral.bearing_offset(alpha, sigma)
-    assert_close(braitenberg.wheel_speeds(heading, alpha, sense, phi, speed, beta), [left, right])
+    assert_close(braitenberg.wheel_speeds(heading, alpha, turn, phi, speed, beta), [left, right])
 
 
 def test_arc_length_is_eq_6():
@@ -64,11 +64,11 @@ def test_asymptotic_radius_is_eq_5():
 def test_approach_speed_is_eq_7():
     x0, y0, tx, ty, sigma = column("approach_speed_eq7", "x0", "y0", "Tx", "Ty", "sigma")
     time, r0, theta0 = column("approach_speed_eq7", "T_goal", "r0", "theta0")
-    sense, length, speed = column("approach_speed_eq7", "D", "L", "S1")
+    turn, length, speed = column("approach_speed_eq7", "D", "L", "S1")
     alpha = np.arctan2(y0 - ty, x0 - tx)
     assert_close(np.hypot(x0 - tx, y0 - ty), r0)
     assert_close(spiral.angular_distance(alpha, np.pi / 2), theta0)
-    assert_close(braitenberg.turn_direction(x0, tx), sense)
+    assert_close(braitenberg.turn_direction(x0, tx), turn)
     own_length = spiral.arc_length(np.hypot(x0 - tx, y0 - ty), theta0, sigma)
     assert_close(own_length, length)
     assert_close(spiral.approach_speed(own_length, time), speed)

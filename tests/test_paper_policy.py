@@ -63,7 +63,7 @@ def decide(params, sensed, memory=None):
 
 
 def sensed(params, seeds=(0,)):
-    """What boats know at the start of episodes."""
+    """What is sensed at the start of episodes."""
     sim = Simulation(params, len(seeds))
     sim.reset(seeds=list(seeds))
     return copied(sim.sensed)
@@ -75,9 +75,6 @@ def spiral_length(offset):
     theta0 = abs((np.arctan2(offset[1], offset[0]) - np.pi / 2 + np.pi) % (2 * np.pi) - np.pi)
     r_pi = r0 / (1 - np.exp(-theta0))
     return quad(lambda t: r_pi * np.hypot(1 - np.exp(-t), np.exp(-t)), 0, theta0)[0]
-
-
-# ---------------------------------------------------------------------- approach
 
 
 def test_approach_speed_is_the_spirals_length_over_the_time_left():
@@ -100,10 +97,10 @@ def test_a_boat_on_the_heading_of_the_law_goes_straight_on():
     alpha = np.angle(offset)
     theta = np.abs(np.angle(np.exp(1j * (alpha - np.pi / 2))))
     phi = np.pi / 2 * (1 - np.exp(-theta))
-    sense = np.where(offset.real >= 0, 1, 0)
+    turn = np.where(offset.real >= 0, 1, 0)
     turned = copied(begun)
     for error in (0.0, 0.1, -0.3):
-        turned.estimate[0, 1:, 2] = alpha + np.pi - (2 * sense - 1) * phi + error
+        turned.estimate[0, 1:, 2] = alpha + np.pi - (2 * turn - 1) * phi + error
         action, _ = decide(params, turned)
         yaw_rate = action[0, :, 1] * FULL_YAW_RATE
         np.testing.assert_allclose(yaw_rate, -GAINS.steering * error, atol=1e-6)
@@ -139,9 +136,6 @@ def test_boats_in_their_slots_wait_for_the_last_one():
     assert not trial.memory.pushing.any()
 
 
-# ---------------------------------------------------------------------- push
-
-
 def test_first_circle_is_the_one_of_the_checked_equations():
     _, memory = decide(make_params("push", goal=GOAL), sensed(make_params("push", goal=GOAL)))
     assert memory.pushing.all()
@@ -163,14 +157,14 @@ def test_pushers_are_asked_for_the_speeds_of_eq_16():
 def test_pushers_move_in_the_ratio_of_eq_16():
     params = make_params("push", goal=GOAL)
     trial = Trial(params)
-    way = np.zeros(4)
+    travelled = np.zeros(4)
     for _ in range(150):
         before = trial.sim.state.motion[0, 1:, :2].copy()
         trial.act()
-        way += np.hypot(*(trial.sim.state.motion[0, 1:, :2] - before).T)
+        travelled += np.hypot(*(trial.sim.state.motion[0, 1:, :2] - before).T)
     assert trial.memory.arc[0] == 0
     distance = np.abs(slots(params, 4)[1:3] - CENTRE)
-    assert way[1] / way[2] == pytest.approx(distance[0] / distance[1], rel=0.05)
+    assert travelled[1] / travelled[2] == pytest.approx(distance[0] / distance[1], rel=0.05)
 
 
 def test_pushers_turn_the_vessel_to_face_the_centre():
@@ -191,7 +185,7 @@ def test_pushers_turn_the_vessel_to_face_the_centre():
     assert action[0, 1, 0] < straight[0, 1, 0]
 
 
-def test_end_boats_lean_against_the_drift_of_the_vessel():
+def test_end_boats_turn_against_the_drift_of_the_vessel():
     """All is 1 cm off its circle, away from the centre: end boats turn towards it."""
     params = make_params("push", goal=GOAL)
     begun = sensed(params)
@@ -200,8 +194,8 @@ def test_end_boats_lean_against_the_drift_of_the_vessel():
     drifted.estimate[0, :, 0] -= 0.01
     action, _ = decide(params, drifted, memory)
     on_circle, _ = decide(params, begun, memory)
-    leans = (action - on_circle)[0, (0, 3), 1] * FULL_YAW_RATE
-    np.testing.assert_allclose(leans, GAINS.steering * 0.01 / GAINS.cross_track, rtol=1e-3)
+    turns = (action - on_circle)[0, (0, 3), 1] * FULL_YAW_RATE
+    np.testing.assert_allclose(turns, GAINS.steering * 0.01 / GAINS.cross_track, rtol=1e-3)
 
 
 def test_coasting_speed_agrees_with_the_integrated_motion():
@@ -232,9 +226,6 @@ def test_motors_are_off_from_20_cm_on(mode):
     lagging = round(10 * params.boat.lag * params.clock.control)
     assert max(thrusts[:off]) > 0.3 * params.boat.thrust
     assert max(thrusts[off + lagging :]) < 0.05 * params.boat.thrust
-
-
-# ---------------------------------------------------------------------- wheels
 
 
 def test_wheel_speeds_act_one_tick_late():
@@ -289,18 +280,14 @@ def test_thrust_keeps_the_wheel_speed_up_in_steady_motion():
     )
 
 
-# ---------------------------------------------------------------------- as a policy
-
-
 def test_the_paper_controller_grasps_and_delivers_to_within_centimetres():
     """The paper: 4.88 +- 1.8 cm and -0.26 +- 0.44 rad at the instant of minimal distance."""
     params = make_params(preset="experiment")
-    tracks = runner.run(PaperPolicy, params, range(12), 12)
-    done = [track.episode for track in tracks]
+    done = [log.episode for log in runner.run(PaperPolicy, params, range(6), 6)]
     errors = np.array([row.min_position_error for row in done])
     assert np.median(errors) < 0.0488
     assert np.median([abs(row.heading_error_at_min) for row in done]) < 0.26
-    assert (errors < IN_RANGE).mean() > 0.9
+    assert (errors < IN_RANGE).all()
 
 
 @pytest.mark.parametrize("mode", ["tracking", "thrusters"])
@@ -370,9 +357,9 @@ HARD_GOALS = [
 
 @pytest.mark.parametrize("goal", HARD_GOALS)
 @pytest.mark.parametrize("alpha1", [1.0, 0.0])
-def test_singular_goals_are_borne(goal, alpha1):
+def test_actions_are_finite_for_singular_goals(goal, alpha1):
     trial = Trial(make_params("push", goal=goal, time_limit=8.0), alpha1=alpha1)
-    assert np.isfinite(trial.run(100)).all()
+    assert np.isfinite(trial.run(60)).all()
 
 
 @settings(max_examples=15, deadline=None)
@@ -385,13 +372,13 @@ def test_singular_goals_are_borne(goal, alpha1):
     mode=st.sampled_from(["tracking", "thrusters"]),
     seed=st.integers(0, 10**6),
 )
-def test_any_world_is_borne(num_boats, task, side, scenario, preset, mode, seed):
+def test_actions_are_finite_in_any_world(num_boats, task, side, scenario, preset, mode, seed):
     """Any team, side, goal and failure; the simulation refuses actions that are not finite."""
     options = {"goal": None, "side": side, "time_limit": 10.0}
     if scenario == "harsh":
         options["variation"] = {"failures": num_boats - 1, "failure_time": (1.0, 5.0)}
     params = make_params(task, num_boats, scenario, preset, mode, **options)
-    actions = Trial(params, (seed,)).run(100)
+    actions = Trial(params, (seed,)).run(50)
     assert np.abs(actions).max() <= 1.0
 
 

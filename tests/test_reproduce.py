@@ -1,45 +1,29 @@
 """The paper's figures and table: files, statistics, and that drawings show the code's geometry."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from asv_env import Simulation, make_params
-from asv_env.geometry import wrap, xy
-from asv_env.render.outlines import outline
-from asv_env.tasks import formation
 from baselines.evaluate import statistics
-from baselines.paper import dubins, two_arc
-from baselines.paper.arcs import advance
 from baselines.paper.paper_gains import ARRIVAL_TIME, GAINS, IN_RANGE
-from baselines.paper.spiral import arc_length, exact_bearing_offset
-from baselines.policy import Idle
 from baselines.reproduce import (
     __main__ as command,
 )
 from baselines.reproduce import (
     artefact,
-    claims,
     comparison_rows,
     contents,
     fig1_2_definitions,
     fig3_4_approach,
     fig5_paths,
-    fig6_9_states,
     fig10_trials,
-    planned_paths,
     planner_comparison,
     readme_table,
-    reattribution,
     single_runs,
-    sketch,
-    style,
 )
 from baselines.reproduce.artefact import Job
-from baselines.rollout import episodes, provenance, runner
-from baselines.scripted import PathGains, PathPlanner
+from baselines.rollout import provenance
 
 JOB = Job(seed=0, trials=3, episodes=4)
 ONLY = ["--only", "fig3", "fig5"]
@@ -74,9 +58,6 @@ def made(tmp_path_factory, steady_code):
     folder = tmp_path_factory.mktemp("reproduce")
     run(*ONLY, "--out", folder)
     return folder
-
-
-# ---------------------------------------------------------------- files
 
 
 def test_figures_are_written_as_picture_and_as_drawing(made):
@@ -230,9 +211,6 @@ def test_captions_say_the_numbers_of_the_code():
         assert [phrase for phrase in phrases if phrase not in caption] == []
 
 
-# ---------------------------------------------------------------- statistics
-
-
 def test_description_of_a_sample():
     assert comparison_rows.describe([1.0, 2.0, 3.0, 6.0]) == pytest.approx(
         {"mean": 3.0, "sd": np.sqrt(14 / 3), "median": 2.5}
@@ -357,267 +335,3 @@ def test_planners_are_compared_where_both_arrive():
     assert distance["its median"] == pytest.approx(2.0)
     assert rows["two arcs", "delivered"]["mean"] == pytest.approx(2 / 3)
     assert rows["two arcs", "size of the heading error then (rad)"]["mean"] == pytest.approx(0.2)
-
-
-# ---------------------------------------------------------------- drawings
-
-
-def marks(axes):
-    """Points of all crosses on a panel."""
-    return np.concatenate([line.get_xydata() for line in axes.lines if line.get_marker() == "x"])
-
-
-def test_fig_1_shows_the_vessel_and_the_slots_of_the_code():
-    (axes,) = fig1_2_definitions.closure(JOB).axes
-    params = make_params("push")
-    outlines = [patch.get_xy()[:-1] for patch in axes.patches if hasattr(patch, "get_xy")]
-    np.testing.assert_allclose(outlines[0], params.vessel.outline)
-    slots = formation.slots(params, 4)
-    np.testing.assert_allclose(marks(axes), np.stack([slots.real, slots.imag], -1))
-    bows = [outline[np.argmin(outline[:, 1])][1] for outline in outlines[1:]]
-    np.testing.assert_allclose(bows, slots.imag - params.boat.length / 2)
-
-
-def test_fig_2_shows_the_centres_of_the_papers_goal():
-    _, axes = fig1_2_definitions.quantities(JOB).axes
-    known = [[0.57727235, 0], [-0.07284169, -1.01249262], [0.26537077, -0.48575793]]
-    np.testing.assert_allclose(marks(axes), known, atol=1e-8)
-
-
-def test_fig_2_shows_angles_that_fit_the_boat():
-    axes, _ = fig1_2_definitions.quantities(JOB).axes
-    x, y = fig1_2_definitions.EXAMPLE_BOAT
-    spiral = next(line for line in axes.lines if line.get_linestyle() == "--").get_xydata()
-    np.testing.assert_allclose(spiral[0], [x, y])
-    np.testing.assert_allclose(spiral[-1], 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize(("theta", "sense"), [(0.7, 0), (2.9, 1)])
-def test_drawn_spiral_has_the_length_and_the_headings_of_the_equations(theta, sense):
-    points = fig3_4_approach.spiral_points(1.3, theta, 0.7, sense) @ [1, 1j]
-    steps = np.diff(points)
-    assert np.abs(steps).sum() == pytest.approx(float(arc_length(1.3, theta, 0.7)), rel=1e-4)
-    middle = (points[1:] + points[:-1])[:-20] / 2
-    offset = np.angle(steps[:-20] / -middle) * (1 - 2 * sense) * -1
-    expected = exact_bearing_offset(np.angle(middle), 0.7)
-    np.testing.assert_allclose(np.abs(offset), expected, atol=0.02)
-    assert np.sign(np.diff(np.unwrap(np.angle(middle))).sum()) == 2 * sense - 1
-
-
-def test_fig_5_corrects_a_first_arc_that_boats_cannot_push():
-    path = two_arc.plan(np.array(fig5_paths.CORRECTED_GOAL), fig1_2_definitions.ALPHA1)
-    wrong = fig5_paths.uncorrected_lengths(path)
-    assert wrong[0] < 0 < wrong[1]
-    assert (path.length > 0).all()
-    for lengths in (wrong, path.length):
-        pose = np.zeros(3)
-        for curvature, length in zip(path.curvature, lengths, strict=True):
-            pose = advance(pose, curvature, length)
-        np.testing.assert_allclose(pose[:2], fig5_paths.CORRECTED_GOAL[:2], atol=1e-9)
-        assert wrap(pose[2] - fig5_paths.CORRECTED_GOAL[2]) == pytest.approx(0, abs=1e-9)
-
-
-def test_maps_are_never_below_the_dubins_length():
-    for panel in fig5_paths.feasibility(JOB).axes[:8]:
-        ratio = panel.collections[0].get_array().compressed()
-        assert len(ratio) > 0.5 * fig5_paths.CELLS**2
-        assert ratio.min() > 1 - 1e-9
-
-
-def test_outlines_of_hulls_at_poses():
-    vessel = make_params().vessel
-    corners = outline(vessel, np.array([[1.0, 2.0, np.pi / 2], [0.0, 0.0, np.pi]]))
-    np.testing.assert_allclose(corners[0], np.array(vessel.outline) @ [[0, 1], [-1, 0]] + [1, 2])
-    np.testing.assert_allclose(corners[1], -np.array(vessel.outline), atol=1e-12)
-
-
-def test_every_boat_has_a_colour_of_its_own():
-    for team in (4, 8, 10):
-        assert len({tuple(np.atleast_1d(c)) for c in style.boat_colours(team)}) == team
-
-
-def test_poses_seen_from_a_frame():
-    frame, pose = np.array([0.3, -0.2, 2.0]), np.array([0.1, 0.4, -1.5])
-    seen = single_runs.in_frame(pose, frame)
-    point = xy(np.array([seen[0] + 1j * seen[1]]) * np.exp(2j)) + frame[:2]
-    np.testing.assert_allclose(point[0], pose[:2])
-    assert wrap(seen[2] + 2.0) == pytest.approx(-1.5)
-
-
-def driven(closure):
-    """A run whose vessel drives the planned path exactly, as ``typical_run`` gives it."""
-    goal = np.array([0.55, -0.95, 0.1])
-    path = two_arc.plan(goal, fig1_2_definitions.ALPHA1)
-    way = path.pose_at(np.linspace(0, float(path.total_length), 58))
-    vessel = np.concatenate([np.zeros((10, 3)), way])
-    boats = np.stack([sketch.slots(make_params(), pose) for pose in vessel])
-    poses = np.concatenate([vessel[:, None], boats], axis=1)
-    return {
-        "closure": closure,
-        "times": (np.arange(len(poses)) / 5).tolist(),
-        "poses": poses.tolist(),
-        "goal": goal.tolist(),
-    }
-
-
-def test_states_of_a_run_are_found():
-    shown = single_runs.Run.read(driven(closure=2.0))
-    assert shown.closure == 10
-    np.testing.assert_allclose(shown.path.end[:2], [0.55, -0.95], atol=1e-9)
-    joint = shown.path.joints[1, :2]
-    assert np.hypot(*(shown.poses[shown.switch, 0, :2] - joint)) < 0.02
-    before, at = np.hypot(*(shown.poses[shown.stop - 1 : shown.stop + 1, 0, :2] - [0.55, -0.95]).T)
-    assert at < 0.2 <= before
-
-
-@pytest.mark.parametrize("closure", [2.0, None])
-def test_a_run_is_drawn_with_and_without_closure(closure):
-    figure = fig6_9_states.experiment_states(JOB, driven(closure))
-    assert len(figure.axes) == 6
-    drawn = figure.axes[5].patches[0].get_xy()[:-1]
-    expected = outline(make_params().vessel, np.array(driven(closure)["poses"][-1][0]))
-    np.testing.assert_allclose(drawn, expected)
-
-
-def test_shares_of_episodes_rise_by_one_episode_each():
-    axes = style.panels(80, 60)[1][0]
-    for values, points in (([3.0, None, 1.0, None], [[1, 0], [1, 0.25], [3, 0.5]]), ([None], [])):
-        planner_comparison.draw_fractions(axes, values)
-        np.testing.assert_allclose(axes.lines[-1].get_xydata(), np.reshape(points, (-1, 2)))
-
-
-# ---------------------------------------------------------------- studies
-
-
-def test_noise_disturbs_what_boats_see_of_themselves_and_nothing_else():
-    simulation = Simulation(make_params(num_boats=50, start_distance=(3.0, 9.0), arena=20.0), 40)
-    simulation.reset(seeds=range(40))
-    seen = []
-
-    class Watch:
-        def act(self, sensed, observation, memory, fresh):
-            seen.append(sensed)
-
-    before = simulation.sensed.estimate.copy()
-    single_runs.NoisyPoses(Watch(), seed=0).act(simulation.sensed, None, None, None)
-    np.testing.assert_array_equal(simulation.sensed.estimate, before)
-    noise = seen[0].estimate - before
-    np.testing.assert_array_equal(noise[:, 0], 0.0)
-    np.testing.assert_array_equal(noise[..., 3:], 0.0)
-    noise = noise[:, 1:, :3].reshape(-1, 3)
-    noise[:, 2] = wrap(noise[:, 2])
-    # The relative deviation of a variance of n samples is sqrt(2 / n), here 3 %.
-    np.testing.assert_allclose(noise.var(axis=0), [0.05e-4, 0.05e-4, 0.05], rtol=0.12)
-
-
-def test_both_comparisons_of_planners_have_the_same_goals():
-    world = planner_comparison.push_to_random_goals("nominal")
-    params = replace(world, task=replace(world.task, time_limit=0.2))
-    tracks = list(runner.run(Idle, params, range(3, 6), 3))
-    tracks.sort(key=lambda track: track.episode.seed)
-    expected = [track.goal for track in tracks]
-    np.testing.assert_array_equal(planner_comparison.goals(params, range(3, 6)), expected)
-
-
-def test_lengths_are_none_exactly_where_a_radius_is_too_small():
-    goals = planner_comparison.goals(planner_comparison.push_to_random_goals("nominal"), range(40))
-    ratios = fig5_paths.lengths(goals, 0.2)
-    assert min(r for by in ratios.values() for r in by if r is not None) > 1 - 1e-9
-    for goal, one in zip(goals, ratios["alpha1 = 1"], strict=True):
-        path = two_arc.plan(goal, 1.0)
-        assert (one is None) == (np.abs(path.curvature).max() > 5)
-
-
-def test_planners_may_turn_as_tightly_as_the_scripted_policy_does():
-    params = planner_comparison.push_to_random_goals("nominal")
-    goals = planner_comparison.goals(params, range(100))
-    planner = PathPlanner(params.vessel, PathGains())
-    own = planner.plan(goals[:, 0] + 1j * goals[:, 1], goals[:, 2])
-    assert 1 / np.abs(own.curvature).max() == pytest.approx(planned_paths.least_radius(params))
-
-
-@pytest.mark.parametrize("name", planned_paths.PLANNERS)
-def test_the_policy_drives_the_paths_of_the_planner(name):
-    world = planner_comparison.push_to_random_goals("nominal")
-    params = replace(world, task=replace(world.task, time_limit=20.0))
-    radius = planned_paths.least_radius(params)
-    seen = []
-
-    def make(params):
-        policy = planned_paths.PLANNERS[name](params)
-        act = policy.act
-
-        def watched(*arguments):
-            action, memory = act(*arguments)
-            seen.append(memory.path)
-            return action, memory
-
-        policy.act = watched
-        return policy
-
-    tracks = list(runner.run(make, params, range(6), 6))
-    goals = planner_comparison.goals(params, range(6))
-    expected = dubins.shortest(goals, radius)
-    if name == "two arcs":
-        arcs = two_arc.shortest(goals, radius)
-        able = two_arc.feasible(arcs, radius)
-        assert able.sum() > 0
-        np.testing.assert_allclose(seen[0].length[able, :2], arcs.length[able])
-        np.testing.assert_allclose(seen[0].length[able, 2:], 0.0)
-        expected, seen[0].length = expected[~able], seen[0].length[~able]
-    np.testing.assert_allclose(seen[0].length[:, :3], expected.length)
-    assert all(track.poses[-1, 0, :2] @ track.poses[-1, 0, :2] > 0.2**2 for track in tracks)
-
-
-def test_crossings_of_ways():
-    time = np.linspace(-1, 1, 12)[:, None]
-    ways = np.concatenate([time + 0j, 1j * time, 3 + time + 0.1j, 0.35 + 1j * time], axis=1)
-    poses = np.zeros((12, 5, 3))
-    poses[:, 1:, 0], poses[:, 1:, 1] = ways.real, ways.imag
-    assert reattribution.crossings(poses) == 2
-    assert reattribution.crossings(poses[:, [0, 1, 3]]) == 0
-
-
-def test_boat_off_its_circle():
-    turn = np.linspace(0, 1.5, 40)
-    centre, radius, end = 0.5, 0.5, 0.24
-    poses = np.zeros((40, 3, 3))
-    poses[:, 0, 2] = turn
-    way = centre - (radius - end) * np.exp(1j * turn)
-    way[turn > 0.5] -= 0.03 * np.exp(1j * turn[turn > 0.5])
-    way[turn > 1.2] += 9.0  # later than it is watched
-    poses[:, 1, 0], poses[:, 1, 1] = -0.24, 0.0
-    poses[:, 2, 0], poses[:, 2, 1] = way.real, way.imag
-    track = episodes.PoseLog(None, poses, np.zeros(3), np.full(2, np.inf))
-    assert claims.off_circle(track, radius, end) == pytest.approx(0.03)
-
-
-def test_role_of_the_dead_boat_is_the_one_that_it_has_in_the_simulation():
-    params = claims.one_boat_dead()
-    simulation = Simulation(params, 12)
-    simulation.reset(seeds=range(12))
-    slots = simulation.state.slot.copy()
-    simulation.step(np.zeros((12, 4, 2)))
-    assert (simulation.state.working.sum(axis=1) == 3).all()
-    for seed in range(12):
-        dead = slots[seed][~simulation.state.working[seed]][0]
-        assert claims.role_of_dead(params, seed) == ("end" if abs(dead.real) > 0.2 else "inner")
-
-
-@pytest.mark.parametrize("condition", reattribution.ATTRIBUTIONS)
-def test_boats_keep_their_targets_unless_re_attributed(condition):
-    params = make_params("approach")
-    simulation = Simulation(params, 12)
-    observation = simulation.reset(seeds=range(12))
-    policy, memory = reattribution.ATTRIBUTIONS[condition](params), None
-    targets = []
-    for tick in range(60):
-        fresh = np.full(12, tick == 0)
-        action, memory = policy.act(simulation.sensed, observation, memory, fresh)
-        targets.append(memory.target.copy())
-        observation = simulation.step(action).observation
-    kept = condition.startswith("kept")
-    assert (targets[0] == targets[-1]).all() == kept
-    number = condition.endswith("numbers")
-    expected = formation.slots(params, 4) if number else simulation.state.slot
-    np.testing.assert_allclose(targets[0], np.broadcast_to(expected, (12, 4)))
