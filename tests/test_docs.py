@@ -8,7 +8,7 @@ import pytest
 
 from baselines import evaluate
 from baselines.evaluate.results import read_csv
-from baselines.reproduce.readme_table import updated
+from baselines.reproduce.page_table import updated
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -55,5 +55,6 @@ def test_the_table_of_the_paper_is_the_one_that_was_made():
     text = (ROOT / "docs/paper.md").read_text()
     table = json.loads((ROOT / "docs/reproduction/table.json").read_text())
     assert text == updated(text, table), (
-        "run python -m baselines.reproduce --only table --out docs/reproduction --page docs/paper.md"
+        "run python -m baselines.reproduce --only table --out docs/reproduction "
+        "--page docs/paper.md"
     )

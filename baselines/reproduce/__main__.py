@@ -12,7 +12,7 @@ import tyro
 from tqdm import tqdm
 
 from asv_env.checks import check_whole, choice
-from baselines.reproduce import contents, readme_table
+from baselines.reproduce import contents, page_table
 from baselines.reproduce.artefact import Artefact, Job
 from baselines.reproduce.contents import ARTEFACTS
 from baselines.reproduce.output_folder import OutputFolder
@@ -55,7 +55,7 @@ class Options:
         if self.page is not None:
             if TABLE not in self.only:
                 raise ValueError(f"--page takes the table: add {TABLE} to --only")
-            readme_table.check(self.page.read_text())
+            page_table.check(self.page.read_text())
 
     @property
     def job(self) -> Job:
@@ -85,7 +85,7 @@ def reproduce(options: Options) -> str:
     (options.out / CAPTIONS).write_text(contents.captions(folder.made()))
     if options.page is not None:
         table = json.loads((options.out / f"{TABLE}.json").read_text())
-        options.page.write_text(readme_table.updated(options.page.read_text(), table))
+        options.page.write_text(page_table.updated(options.page.read_text(), table))
     kept = len(wanted) - len(missing)
     return f"{options.out}: {len(missing)} made, {kept} kept. See {CAPTIONS} there."
 
