@@ -1,8 +1,8 @@
-"""From which side a team pushes: the world as it looks from there.
+"""Mirror images of worlds, and the side of the vessel from which a team pushes.
 
-A vessel can be pushed from either side, and what is learned for one holds for the other in a
-mirror. A policy that pushes towards -n is given a mirrored world where the goal lies on the other
-side of the vessel when the episode begins, so that it always finds the goal ahead of it.
+What holds for a team that pushes from one side of the vessel holds for the other side in the
+mirror image. So a policy that can push from the +n side alone, towards goals ahead of it, serves
+all goals: where the goal lies on the +n side itself, the policy sees the mirror image.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ from asv_env import geometry
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.tasks import formation
-from asv_env.tasks.formation import relate
 from asv_env.types import Bool, Complex, Float, Sensed
 
 
-def seen_from(sensed: Sensed, side: Float) -> Sensed:
-    """What is sensed, mirrored at the world's x axis where ``side`` (W,) is -1.
+def mirror_image(sensed: Sensed, side: Float) -> Sensed:
+    """Returns what is sensed, mirrored at the world's x axis where ``side`` (W,) is -1.
 
-    There the team pushes from the +n side if it pushed from the other one before.
+    A team that pushes from the -n side pushes from the +n side in the mirror image.
     """
     return replace(
         sensed,
@@ -33,15 +32,23 @@ def seen_from(sensed: Sensed, side: Float) -> Sensed:
     )
 
 
+def goal_lateral_offset(sensed: Sensed) -> Float:
+    """Returns how far the goal lies to the +n side of the estimated vessel (W,), m."""
+    vessel = sensed.estimate[:, 0]
+    goal = (plane(sensed.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
+    offset: Float = goal.imag
+    return offset
+
+
 @dataclass
-class SideMemory:
-    """What a team remembers of its side.
+class PushSide:
+    """The side from which each team pushes, and its slots in the view from there.
 
     Attributes:
-        side: (W,) of the vessel from which it pushes, +1 or -1.
-        slot: (W, A) of the boats in the world as it looks from there, m.
-        working: (W, A) boats that worked when these were assigned.
-        closed: (W,) whether the vessel has been in closure there, and not been lost since.
+        side: (W,) +1 for the vessel's +n side, -1 for the other.
+        slot: (W, A) slots of the boats, m; of the mirror image where the side is -1.
+        working: (W, A) whether each boat worked when the slots were assigned.
+        closed: (W,) whether the vessel is in closure, by these slots.
     """
 
     side: Float
@@ -50,68 +57,57 @@ class SideMemory:
     closed: Bool
 
 
-class SideAway:
-    """Lets teams push from the side away from the goal, whichever side the task has.
+class PushSideSelector:
+    """Lets teams push from the side away from the goal, whichever side the task prescribes.
 
-    Where that is the task's own, slots and closure are the environment's. On the other side they
-    are told in the same way, but from the estimate.
+    Where both are the same, slots and closure are the environment's. On the other side they
+    follow from the estimate by the same rules.
 
     Args:
-        params: of the environment.
+        params: parameters of the environment.
     """
 
     def __init__(self, params: EnvParams) -> None:
         self._params = params
 
-    def see(
-        self, sensed: Sensed, memory: SideMemory | None, fresh: Bool
-    ) -> tuple[Sensed, SideMemory]:
-        """The world with the goal ahead of a team that pushes from the +n side.
+    def view(self, sensed: Sensed, memory: PushSide | None, fresh: Bool) -> tuple[Sensed, PushSide]:
+        """Returns the world as a team that pushes from the +n side would sense it.
 
         Args:
             sensed: what is measured.
-            memory: what the last call returned; None at the first.
-            fresh: (W,) worlds that have begun a new episode.
+            memory: sides that the last call returned; None at the first call.
+            fresh: (W,) worlds in which the side is to be selected again.
+
+        Returns:
+            The view, in which the goal lies ahead of the team when the side is selected, and the
+            sides.
         """
-        away = _away(sensed)
+        away = np.where(goal_lateral_offset(sensed) > 0, -1.0, 1.0)
         if memory is None:
-            fresh, working = np.ones_like(fresh), sensed.working
-            memory = SideMemory(away, sensed.slot, working, np.zeros_like(fresh))
+            fresh = np.ones_like(fresh)
+            memory = PushSide(away, sensed.slot, sensed.working, np.zeros_like(fresh))
         side = np.where(fresh, away, memory.side)
-        own = side == sensed.side
-        seen = seen_from(sensed, side)
-        closed, swapped = self._judged(seen, memory)
-        closed = np.where(own, sensed.closed, closed & ~fresh)
+        prescribed = side == sensed.side
+        seen = mirror_image(sensed, side)
+        closed, misassigned = self._closure(seen, memory)
+        closed = np.where(prescribed, sensed.closed, closed & ~fresh)
         fails = (sensed.working != memory.working).any(axis=1)
-        slot = np.where(own[:, None], seen.slot, memory.slot)
-        self._assign(slot, seen, ~own & (fresh | fails | swapped))
+        slot = np.where(prescribed[:, None], seen.slot, memory.slot)
+        self._assign(slot, seen, ~prescribed & (fresh | fails | misassigned))
         seen = replace(seen, slot=slot, side=np.ones_like(side), closed=closed)
-        return seen, SideMemory(side, slot, sensed.working.copy(), closed)
+        return seen, PushSide(side, slot, sensed.working.copy(), closed)
 
     def _assign(self, slot: Complex, seen: Sensed, where: Bool) -> None:
-        """Assigns slots anew in some worlds, in place."""
+        """Assigns the slots (W, A) of some worlds (W,) again, in place."""
         for world in map(int, np.flatnonzero(where)):
             slot[world] = formation.assign_slots(
                 self._params, seen.estimate[world], seen.working[world], 1.0
             )
 
-    def _judged(self, seen: Sensed, memory: SideMemory) -> tuple[Bool, Bool]:
+    def _closure(self, seen: Sensed, memory: PushSide) -> tuple[Bool, Bool]:
         """Returns (W,) whether the vessel is in closure, and (W,) whether slots are misassigned."""
         task, working = self._params.task, memory.working
-        relations = relate(seen.estimate, seen.goal, memory.slot, np.ones(len(working)))
+        relations = formation.relate(seen.estimate, seen.goal, memory.slot, np.ones(len(working)))
         formed = formation.everyone(formation.occupied(relations, task), working)
         closed = formation.closure(relations, formed, memory.closed, working, task)
         return closed, formation.misassigned(relations, closed, working, task)
-
-
-def goal_across(sensed: Sensed) -> Float:
-    """(W,) how far the goal lies to the +n side of where the vessel is thought to be, m."""
-    vessel = sensed.estimate[:, 0]
-    goal = (plane(sensed.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
-    across: Float = goal.imag
-    return across
-
-
-def _away(sensed: Sensed) -> Float:
-    """(W,) the side of the vessel that is turned away from the goal."""
-    return np.where(goal_across(sensed) > 0, -1.0, 1.0)

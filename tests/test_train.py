@@ -27,7 +27,7 @@ from stable_baselines3.common.utils import set_random_seed
 from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
 from asv_env.sensing import observation
-from asv_env.tasks import formation
+from asv_env.tasks import TRANSPORT, formation
 from baselines import evaluate
 from baselines.evaluate.results import read_csv
 from baselines.learned import policy_file, shipped
@@ -360,7 +360,7 @@ def test_a_policy_of_other_layers_is_no_beginning(trained, tmp_path):
     assert "wide.npz: layers of sizes [53, 16, 16, 2] do not fit" in begun_with(
         tmp_path / "wide.npz", "--hidden", 8, 16
     )
-    shutil.copy(shipped.FOLDER / shipped.FILES["transport"], tmp_path / "several.npz")
+    shutil.copy(shipped.file_for(TRANSPORT), tmp_path / "several.npz")
     assert "several.npz holds 4 networks: it must hold one" in begun_with(tmp_path / "several.npz")
 
 
@@ -527,7 +527,7 @@ def test_boats_begin_in_the_slots_of_either_side():
 
 def test_pushes_begin_where_others_have_brought_the_vessel_into_closure():
     """Told from the +n side, in closure, also where the team pushes from the other one."""
-    file = shipped.FOLDER / shipped.FILES["transport"]
+    file = shipped.file_for(TRANSPORT)
     params = make_params("transport", scenario="noisy")
     midway = Midway.handed_over(file, params, range(10**9, 10**9 + 8))
     assert len(midway.goal) >= 8
@@ -543,7 +543,7 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
     given = ("--out", tmp_path / "r", "--hand-over", trained / "best.npz")
     assert "best.npz: 1 networks for a team of 4" in refusal(*given, "--midway-starts", 0.5)
     assert "midway_starts = 0: no episode would begin there" in refusal(*given)
-    both = policy_file.read(shipped.FOLDER / shipped.FILES["transport"])[0]
+    both = policy_file.read(shipped.file_for(TRANSPORT))[0]
     file = tmp_path / "four.npz"
     policy_file.save(file, [one for one in both if one.team_size == 4], {})
     given = ("--out", tmp_path / "r", "--hand-over", file, "--midway-starts", 0.5, "--teams", 6)
@@ -554,7 +554,7 @@ def test_a_hand_over_by_something_else_is_refused(trained, tmp_path):
 def test_a_hand_over_that_never_pushes_is_named(tmp_path):
     idle = [
         replace(one, layers=[(0 * weight, 0 * bias) for weight, bias in one.layers])
-        for one in policy_file.read(shipped.FOLDER / shipped.FILES["transport"])[0]
+        for one in policy_file.read(shipped.file_for(TRANSPORT))[0]
     ]
     policy_file.save(tmp_path / "idle.npz", idle, {})
     given = ("--out", tmp_path / "r", "--hand-over", tmp_path / "idle.npz", "--midway-starts", 0.5)

@@ -19,7 +19,7 @@ from asv_env.simulation import Simulation
 from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
 from baselines.learned import policy_file
-from baselines.learned.phases import PhasedPolicy
+from baselines.learned.phases import APPROACH, PUSH, PhasedPolicy
 from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
@@ -101,11 +101,11 @@ class Midway:
         """
         simulation = Simulation(params, len(seeds))
         policy = PhasedPolicy(policy_file.read(file)[0], params)
-        acts = np.zeros(len(seeds), dtype=np.int64)
+        before = np.full(len(seeds), APPROACH)
         motion, goal = [], []
         for tick in rollout(simulation, policy.act, seeds, params.time_limit_ticks):
-            begins = (tick.memory.acts > 0) & (acts == 0)
-            acts, side = tick.memory.acts, tick.memory.sides.side[begins]
+            begins = (tick.memory.state == PUSH) & (before == APPROACH)
+            before, side = tick.memory.state, tick.memory.push_side.side[begins]
             motion.append(geometry.mirrored(tick.state.motion[begins], side))
             goal.append(geometry.mirrored(tick.state.goal[begins], side))
         states = cls(np.concatenate(motion), np.concatenate(goal))

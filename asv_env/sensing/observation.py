@@ -77,7 +77,7 @@ def _vessel_velocity(v: View) -> np.ndarray:
     return v.relations.velocity[:, :1] * v.to_vessel
 
 
-_ALL = (
+DEFAULT = (
     # Vectors in the boat's frame, or relative to the slot.
     vector("own_velocity", FULL_SPEED, FAST, lambda v: v.relations.velocity[:, 1:] * v.to_boat),
     vector("slot", LENGTH, FAR, lambda v: v.slot),
@@ -115,7 +115,8 @@ _ALL = (
         ),
     ),
 )
-FEATURES: Registry[Feature] = Registry("feature", {one.name: one for one in _ALL})
+"""Features that are observed by default."""
+FEATURES: Registry[Feature] = Registry("feature", {one.name: one for one in DEFAULT})
 """Features by name, in the order in which they are observed by default."""
 
 
@@ -125,7 +126,7 @@ def features(params: EnvParams) -> tuple[Feature, ...]:
     Raises:
         ValueError: an unknown name, or none.
     """
-    return _ALL if params.observation is None else chosen(params.observation)
+    return DEFAULT if params.observation is None else chosen(params.observation)
 
 
 @lru_cache(maxsize=32)
@@ -153,9 +154,9 @@ def bounds(features: tuple[Feature, ...]) -> Observation:
     return np.array([bound for one in features for bound in one.bound], dtype=np.float32)
 
 
-NAMES = column_names(_ALL)
+NAMES = column_names(DEFAULT)
 """(K,) names of the columns of the default observation."""
-BOUND = bounds(_ALL)
+BOUND = bounds(DEFAULT)
 """(K,) largest magnitudes of the columns of the default observation."""
 
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from asv_env.checks import check_number, check_whole, choice
 from asv_env.params import ACTION_MODES
-from asv_env.sensing import observation
+from asv_env.sensing.observation import DEFAULT, VERSION
 from asv_env.tasks import TASKS
+from asv_env.tasks.task import Task
 from asv_env.types import Float
 
 Layers = Sequence[tuple[Float, Float]]
@@ -35,6 +36,7 @@ class Metadata:
             acts too; 0 for a policy that acts alone.
         mirrors: whether it sees the mirror image of worlds in which the goal lies behind the
             team; see ``baselines.mirror``.
+        observation: names of the features that it observes, in their order.
         observation_version: ``asv_env.sensing.observation.VERSION`` when it was trained.
     """
 
@@ -44,13 +46,23 @@ class Metadata:
     action_repeat: int = 1
     residual: float = 0.0
     mirrors: bool = False
-    observation_version: int = observation.VERSION
+    observation: tuple[str, ...] = tuple(feature.name for feature in DEFAULT)
+    observation_version: int = VERSION
 
     def __post_init__(self) -> None:
         choice("action_mode", self.action_mode, ACTION_MODES)
         choice("activation", self.activation, ACTIVATIONS)
         check_whole(self, "action_repeat", 1)
         check_number(self, "residual", 0.0, 1.0)
+
+    def serves(self, task: Task) -> bool:
+        """Returns whether the network may be used in a task, or in one of the same kind."""
+        kinds = {_kind(TASKS[name]) for name in self.tasks if name in TASKS}
+        return task.name in self.tasks or _kind(task) in kinds
+
+
+def _kind(task: Task) -> tuple[bool, bool]:
+    return task.starts_grasped, task.has_goal
 
 
 @dataclass(frozen=True)

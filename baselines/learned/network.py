@@ -9,10 +9,11 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.sensing import observation
+from asv_env.sensing.observation import Feature
 from asv_env.tasks import formation
 from asv_env.types import Action, Bool, Float, Int, Observation, Sensed
 from baselines.learned.metadata import ACTIVATIONS, Layers, Metadata
-from baselines.mirror import SideAway, SideMemory
+from baselines.mirror import PushSide, PushSideSelector
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 
@@ -30,7 +31,7 @@ class NetworkMemory:
     action: Action
     ticks: Int
     scripted: Any = None
-    push_side: SideMemory | None = None
+    push_side: PushSide | None = None
 
 
 class NetworkPolicy:
@@ -46,13 +47,16 @@ class NetworkPolicy:
     """
 
     def __init__(self, layers: Layers, metadata: Metadata, params: EnvParams) -> None:
-        _check_fit(layers, metadata, params)
+        _check_fit(metadata, params)
+        self._features = _features(metadata, params)
+        _check_sizes(layers, self._features)
+        self._observes = metadata.mirrors or self._features != observation.features(params)
         self._layers = [(np.asarray(w, np.float32), np.asarray(b, np.float32)) for w, b in layers]
         self._activate = ACTIVATIONS[metadata.activation]
         self._action_repeat = metadata.action_repeat
         self._residual = metadata.residual
         self._params = params
-        self._side = SideAway(params) if metadata.mirrors else None
+        self._side = PushSideSelector(params) if metadata.mirrors else None
         self._scripted = ScriptedPolicy(params) if metadata.residual else None
 
     def act(
@@ -76,13 +80,17 @@ class NetworkPolicy:
 
     def _decide(
         self, sensed: Sensed, observation: Observation, memory: NetworkMemory | None, fresh: Bool
-    ) -> tuple[Action, SideMemory | None]:
+    ) -> tuple[Action, PushSide | None]:
         """Returns the network's action now (W, A, 2), and the sides from which teams push."""
-        if self._side is None:
-            return self.forward(observation), None
-        image, push_side = self._side.see(sensed, memory.push_side if memory else None, fresh)
-        action = self.forward(observe(image, self._params))
-        action[..., 1] *= push_side.side[:, None].astype(np.float32)
+        push_side = None
+        if self._side is not None:
+            before = None if memory is None else memory.push_side
+            sensed, push_side = self._side.view(sensed, before, fresh)
+        if self._observes:
+            observation = observe(sensed, self._features, self._params)
+        action = self.forward(observation)
+        if push_side is not None:
+            action[..., 1] *= push_side.side[:, None].astype(np.float32)
         return action, push_side
 
     def forward(self, observation: Observation) -> Action:
@@ -97,18 +105,29 @@ class NetworkPolicy:
         return np.clip(x, -1.0, 1.0).astype(np.float32)
 
 
-def observe(sensed: Sensed, params: EnvParams) -> Observation:
-    """Returns the observations (W, A, K) of what is sensed, such as a mirror image."""
+def observe(sensed: Sensed, features: tuple[Feature, ...], params: EnvParams) -> Observation:
+    """Returns observations (W, A, K) by some features, of a mirror image for instance."""
     relations = formation.relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
-    holds = formation.occupied(relations, params.task)
-    return observation.observe(sensed, relations, holds, params)
+    occupied = formation.occupied(relations, params.task)
+    return observation.observe_features(features, sensed, relations, occupied, params)
 
 
-def _check_fit(layers: Layers, metadata: Metadata, params: EnvParams) -> None:
-    if params.task.name not in metadata.tasks:
+def _features(metadata: Metadata, params: EnvParams) -> tuple[Feature, ...]:
+    """Returns the features that a network observes: the environment's own, or registered ones.
+
+    Raises:
+        ValueError: an unknown feature, with the nearest known one.
+    """
+    own = {feature.name: feature for feature in observation.features(params)}
+    return tuple(own.get(name) or observation.FEATURES[name] for name in metadata.observation)
+
+
+def _check_fit(metadata: Metadata, params: EnvParams) -> None:
+    """Refuses metadata of a network that was made for something else than an environment."""
+    if not metadata.serves(params.definition):
         raise ValueError(
             f"the policy is for the task {' or '.join(metadata.tasks)}, not for "
-            f"{params.task.name!r}"
+            f"{params.definition.name!r}"
         )
     if metadata.action_mode != params.action_mode:
         raise ValueError(
@@ -120,9 +139,14 @@ def _check_fit(layers: Layers, metadata: Metadata, params: EnvParams) -> None:
             f"the policy observes by version {metadata.observation_version}, the environment by "
             f"version {observation.VERSION}: train it again, or use the asv-env of its time"
         )
-    sizes = (len(layers[0][0]), layers[-1][0].shape[1])
-    if sizes != (len(observation.NAMES), 2):
+
+
+def _check_sizes(layers: Layers, features: tuple[Feature, ...]) -> None:
+    """Refuses layers that do not lead from an observation by some features to an action."""
+    inputs, outputs = len(layers[0][0]), layers[-1][0].shape[1]
+    columns = len(observation.column_names(features))
+    if (inputs, outputs) != (columns, 2):
         raise ValueError(
-            f"the policy maps {sizes[0]} numbers to {sizes[1]}: it must map an observation of "
-            f"{len(observation.NAMES)} to an action of 2"
+            f"the policy maps {inputs} numbers to {outputs}: it must map an observation of "
+            f"{columns} to an action of 2"
         )

@@ -1,9 +1,20 @@
-"""Policies of several networks in a file: one approaches the vessel, others push it.
+"""A policy of several networks: one approaches the vessel, others push it.
 
-Each of them has a job that is learned in minutes to hours, and can be trained and watched alone.
-Which of them acts is decided as in the scripted policy: the team approaches until the vessel is in
-closure, then it pushes; when the goal is not reached in time, or a boat is lost, it begins again,
-and then the next network pushes. A team size may have networks of its own.
+Each network has a job that is learned in minutes to hours, and can be trained and evaluated alone.
+As in the scripted policy a team is in one of two states, and these events change it:
+
+=============  ==========  ==============================================  ==============
+event          in state    when                                            leads to
+=============  ==========  ==============================================  ==============
+``START``      any         an episode begins                               first attempt
+``RETRY``      any         patience is exhausted                           next attempt
+``RETRY``      PUSH        a boat is far from the vessel                   next attempt
+``GO_ROUND``   APPROACH    closure is formed with the goal behind the team same attempt
+(closure)      APPROACH    closure is formed otherwise                     PUSH
+=============  ==========  ==============================================  ==============
+
+After each of the three events the team selects the side from which it pushes again, and begins
+with PUSH where the vessel is in closure there, with APPROACH elsewhere.
 """
 
 from __future__ import annotations
@@ -15,64 +26,65 @@ import numpy as np
 
 from asv_env.geometry import plane
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.tasks import TASKS
+from asv_env.sensing.observation import features
 from asv_env.types import Action, Bool, Int, Observation, Sensed
-from baselines.learned import network
 from baselines.learned.metadata import Phase
-from baselines.learned.network import NetworkMemory, NetworkPolicy
-from baselines.mirror import SideAway, SideMemory, goal_across
+from baselines.learned.network import NetworkMemory, NetworkPolicy, observe
+from baselines.mirror import PushSide, PushSideSelector, goal_lateral_offset
 
+APPROACH, PUSH = range(2)
+"""States of a team."""
+NOTHING, START, RETRY, GO_ROUND = range(4)
+"""Events."""
 BEHIND = 0.1
-"""How far on the side of the team a goal must lie for it to go round, lengths of the vessel."""
+"""Distance on the team's side of the vessel beyond which a goal is behind, vessel lengths."""
 FAR = 2.0
-"""Distance from the vessel at which a boat is lost while others push, lengths of the vessel."""
+"""Distance from the vessel at which a boat is lost for a push, vessel lengths."""
 
 
 @dataclass
 class PhaseMemory:
-    """What a team remembers.
+    """What a phased policy remembers from one control tick to the next.
 
     Attributes:
-        sides: from which sides the teams push.
+        state: (W,) state of each team.
+        ticks: (W,) control ticks in this state.
         attempt: (W,) number of the attempt, from 0.
-        acts: (W,) number of the network that acts; 0 approaches.
-        ticks: (W,) for which it has acted.
-        held: of each network.
+        push_side: sides from which the teams push.
+        networks: memory of each network.
     """
 
-    sides: SideMemory
-    attempt: Int
-    acts: Int
+    state: Int
     ticks: Int
-    held: Sequence[NetworkMemory | None]
+    attempt: Int
+    push_side: PushSide | None
+    networks: Sequence[NetworkMemory | None]
 
 
 class PhasedPolicy:
-    """Approaches from the side of the vessel away from the goal, then pushes.
+    """Approaches the vessel on the side away from the goal, then pushes.
 
     Args:
-        phases: the network that approaches, then those that push: the first one in the first
-            attempt, and so on; the last one in all that are left. Only those count that serve
-            the environment's team.
-        params: of the environment.
+        phases: the network that approaches, then those that push: the first of them in the first
+            attempt, and so on; the last in all further attempts. A team that has phases of its
+            own uses these alone.
+        params: parameters of the environment.
 
     Raises:
-        ValueError: they were made for other actions, other observations or other teams.
+        ValueError: the networks were made for other actions, observations or teams.
     """
 
     def __init__(self, phases: Sequence[Phase], params: EnvParams) -> None:
-        phases = serving(phases, params.num_boats)
+        phases = _of_team(phases, params.num_boats)
+        tasks = (params.definition.name,)
         self._networks = [
-            NetworkPolicy(
-                one.layers, replace(one.metadata, tasks=tuple(TASKS), mirrors=False), params
-            )
-            for one in phases
+            NetworkPolicy(phase.layers, replace(phase.metadata, tasks=tasks, mirrors=False), params)
+            for phase in phases
         ]
         self._params = params
-        self._away = SideAway(params)
+        self._side = PushSideSelector(params)
         scale = params.vessel.length / NOMINAL_LENGTH * params.clock.control
-        self._behind = BEHIND * params.vessel.length
-        limits = [np.inf if one.patience is None else one.patience for one in phases]
+        limits = [np.inf if phase.patience is None else phase.patience for phase in phases]
         self._patience = scale * np.array(limits)
 
     def act(
@@ -80,48 +92,68 @@ class PhasedPolicy:
     ) -> tuple[Action, PhaseMemory]:
         """See ``Policy.act``."""
         if memory is None:
-            none = np.zeros(len(fresh), dtype=np.int64)
-            memory = PhaseMemory(None, none, none, none, [None] * len(self._networks))  # type: ignore[arg-type]
-        ticks = memory.ticks + 1
-        late = ticks >= self._patience[memory.acts]
-        gives_up = ~fresh & (late | ((memory.acts > 0) & self._lost(sensed)))
-        begins = fresh | gives_up
-        attempt = np.where(fresh, 0, memory.attempt + gives_up)
-        seen, sides = self._away.see(sensed, memory.sides, begins)
-        misses = seen.closed & (memory.acts == 0) & ~begins & (goal_across(seen) > self._behind)
-        if misses.any():
-            begins |= misses
-            seen, sides = self._away.see(sensed, sides, begins)
-        pushes = seen.closed | ((memory.acts > 0) & ~begins)
-        acts = np.where(pushes, 1 + np.minimum(attempt, len(self._networks) - 2), 0)
-        changes = begins | (acts != memory.acts)
-        observed = network.observe(seen, self._params)
-        action = np.zeros((*sensed.slot.shape, 2), dtype=np.float32)
-        held = []
-        for number, one in enumerate(self._networks):
-            says, holds = one.act(seen, observed, memory.held[number], changes)
-            action = np.where((acts == number)[:, None, None], says, action)
-            held.append(holds)
-        action[..., 1] *= sides.side[:, None].astype(np.float32)
-        ticks = np.where(changes, 0, ticks)
-        return action, PhaseMemory(sides, attempt, acts, ticks, held)
+            zeros = np.zeros(len(fresh), dtype=np.int64)
+            memory = PhaseMemory(zeros, zeros, zeros, None, [None] * len(self._networks))
+        event = np.where(fresh, START, np.where(self._fails(sensed, memory), RETRY, NOTHING))
+        seen, push_side = self._side.view(sensed, memory.push_side, event != NOTHING)
+        if (behind := self._goal_is_behind(seen, memory, event)).any():
+            event[behind] = GO_ROUND
+            seen, push_side = self._side.view(sensed, push_side, event != NOTHING)
+        state = _next_state(seen, memory, event)
+        attempt = np.where(event == START, 0, memory.attempt + (event == RETRY))
+        changed = (event != NOTHING) | (state != memory.state)
+        action, networks = self._act(seen, self._network(state, attempt), memory, changed)
+        action[..., 1] *= push_side.side[:, None].astype(np.float32)
+        ticks = np.where(changed, 0, memory.ticks + 1)
+        return action, PhaseMemory(state, ticks, attempt, push_side, networks)
 
-    def _lost(self, sensed: Sensed) -> Bool:
-        """(W,) whether a boat that works is far from the vessel."""
-        place = plane(sensed.estimate)
-        far = np.abs(place[:, 1:] - place[:, :1]) > FAR * self._params.vessel.length
-        lost: Bool = np.logical_or.reduce(far & sensed.working, axis=1)
-        return lost
+    def _network(self, state: Int, attempt: Int) -> Int:
+        """Returns the number (W,) of the network that acts in a state and an attempt."""
+        return np.where(state == PUSH, 1 + np.minimum(attempt, len(self._networks) - 2), 0)
+
+    def _fails(self, sensed: Sensed, memory: PhaseMemory) -> Bool:
+        """Returns (W,) whether patience is exhausted, or a boat is lost for a push."""
+        patience = self._patience[self._network(memory.state, memory.attempt)]
+        position = plane(sensed.estimate)
+        far = np.abs(position[:, 1:] - position[:, :1]) > FAR * self._params.vessel.length
+        lost = np.logical_or.reduce(far & sensed.working, axis=1)
+        return (memory.ticks + 1 >= patience) | ((memory.state == PUSH) & lost)
+
+    def _goal_is_behind(self, seen: Sensed, memory: PhaseMemory, event: Int) -> Bool:
+        """Returns (W,) whether an approach ends in closure with the goal behind the team."""
+        behind = goal_lateral_offset(seen) > BEHIND * self._params.vessel.length
+        return seen.closed & (memory.state == APPROACH) & (event == NOTHING) & behind
+
+    def _act(
+        self, seen: Sensed, acting: Int, memory: PhaseMemory, changed: Bool
+    ) -> tuple[Action, list[NetworkMemory]]:
+        """Returns the actions (W, A, 2) of the acting networks (W,), and all memories."""
+        observation = observe(seen, features(self._params), self._params)
+        action = np.zeros((*seen.slot.shape, 2), dtype=np.float32)
+        memories = []
+        for number, (network, before) in enumerate(
+            zip(self._networks, memory.networks, strict=True)
+        ):
+            decided, after = network.act(seen, observation, before, changed)
+            action = np.where((acting == number)[:, None, None], decided, action)
+            memories.append(after)
+        return action, memories
 
 
-def serving(phases: Sequence[Phase], num_boats: int) -> Sequence[Phase]:
-    """Those for a team: its own, or those of all teams that have none.
+def _next_state(seen: Sensed, memory: PhaseMemory, event: Int) -> Int:
+    """Returns the state (W,) of each team after an event."""
+    pushes_on = (memory.state == PUSH) & (event == NOTHING)
+    return np.where(seen.closed | pushes_on, PUSH, APPROACH)
+
+
+def _of_team(phases: Sequence[Phase], num_boats: int) -> Sequence[Phase]:
+    """Returns the phases of a team: its own, or those of all teams that have none.
 
     Raises:
         ValueError: there are fewer than two.
     """
-    own = [one for one in phases if one.team_size == num_boats]
-    own = own or [one for one in phases if one.team_size is None]
+    own = [phase for phase in phases if phase.team_size == num_boats]
+    own = own or [phase for phase in phases if phase.team_size is None]
     if len(own) < 2:
         raise ValueError(
             f"{len(own)} networks for a team of {num_boats}: there must be two at least, one that "

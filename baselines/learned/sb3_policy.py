@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
-from asv_env.sensing import observation
+from asv_env.sensing.observation import column_names, features
 from asv_env.types import Action, Bool, Observation, Sensed
 
 
@@ -73,7 +73,8 @@ class Sb3Policy:
 
 
 def _check_spaces(path: Path, observes: Any, acts: Any, params: EnvParams) -> None:
-    boat, team = (len(observation.NAMES),), (params.num_boats, len(observation.NAMES))
+    columns = len(column_names(features(params)))
+    boat, team = (columns,), (params.num_boats, columns)
     spaces = {boat: (2,), team: (params.num_boats, 2)}
     if spaces.get(observes.shape) != acts.shape:
         known = " or ".join(f"{before} -> {after}" for before, after in spaces.items())

@@ -1,7 +1,7 @@
 """The learned policies that are part of this package: ``learned``.
 
-They were trained by ``train``; what each was trained on is on its card, in
-``learned/weights/README.md``, how well it does and where it fails in ``docs/learned.md``.
+``train`` made them. Their model cards are in ``learned/weights/README.md``; ``docs/learned.md``
+says how well they do and where they fail.
 """
 
 from __future__ import annotations
@@ -10,30 +10,31 @@ import hashlib
 from pathlib import Path
 
 from asv_env.params import EnvParams
+from asv_env.tasks.task import Task
 from baselines.learned import policy_file
 from baselines.policy import Policy
 
 FOLDER = Path(__file__).parent / "weights"
-"""Where the policy files are."""
-FILES = {"approach": "approach.npz", "push": "transport.npz", "transport": "transport.npz"}
-"""By task."""
+"""Folder of the policy files."""
+
+
+def file_for(task: Task) -> Path:
+    """Returns the policy file for a task: of all tasks with a goal it is the same."""
+    return FOLDER / ("transport.npz" if task.has_goal else "approach.npz")
 
 
 def learned_policy(params: EnvParams) -> Policy:
-    """The policy that was trained for a task, for an environment.
-
-    Args:
-        params: of the environment.
+    """Returns the learned policy for the task of an environment.
 
     Raises:
-        ValueError: actions or observations of another kind than those with which it was trained.
+        ValueError: the policy was trained for other tasks, actions or observations.
     """
-    return policy_file.load(FOLDER / FILES[params.task.name], params)
+    return policy_file.load(file_for(params.definition), params)
 
 
 def fingerprint() -> str:
-    """A digest of all policy files."""
+    """Returns a digest of all policy files."""
     digest = hashlib.sha256()
-    for name in sorted(set(FILES.values())):
-        digest.update((FOLDER / name).read_bytes())
+    for file in sorted(FOLDER.glob(f"*{policy_file.SUFFIX}")):
+        digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

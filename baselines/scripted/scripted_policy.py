@@ -17,7 +17,7 @@ from asv_env.params import EnvParams
 from asv_env.physics import autopilot
 from asv_env.tasks.formation import Relations, relate
 from asv_env.types import Action, Bool, Observation, Sensed, put_rows, rows
-from baselines.mirror import seen_from
+from baselines.mirror import mirror_image
 from baselines.scripted.docking import GraspMemory
 from baselines.scripted.gains import GraspGains, PathGains, PushGains, Tolerances
 from baselines.scripted.grasp_controller import GraspController
@@ -92,7 +92,7 @@ class ScriptedPolicy:
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
         side = np.where(sensed.side < 0, -1.0, 1.0)
-        sensed = seen_from(sensed, side)
+        sensed = mirror_image(sensed, side)
         if memory is None:
             fresh, memory = np.ones_like(fresh), Memory.empty(*sensed.slot.shape)
         memory = deepcopy(memory)

@@ -7,6 +7,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from asv_env.tasks import TASKS
 from baselines.evaluate.tables.formats import share
 from baselines.evaluate.tables.table import grid
 from baselines.learned import policy_file, shipped
@@ -17,7 +18,7 @@ INTRODUCTION = """\
 `learned` in the comparison. The files hold numbers only and run without torch. This page is written
 by `python -m baselines.evaluate.publish` from the metadata of the files; their results on the
 suites are in [docs/results](../../../docs/results/README.md), what they do differently and where
-they fail in [docs/shipped.md](../../../docs/shipped.md). `python -m train.recipe` makes such files.
+they fail in [docs/learned.md](../../../docs/learned.md). `python -m train.recipe` makes such files.
 
 A *step* is a decision of a single boat. *Success* and *time* (median) are those of the last
 evaluation on development seeds, in the task of that training, noisy first; of many combinations of
@@ -36,7 +37,8 @@ def page(folder: Path) -> str:
     """Returns the model cards of all policy files in a folder, in Markdown."""
     parts = [INTRODUCTION.strip()]
     for file in sorted(folder.glob(f"*{policy_file.SUFFIX}")):
-        tasks = [task.capitalize() for task, name in shipped.FILES.items() if name == file.name]
+        named = [name for name, task in TASKS.items() if shipped.file_for(task) == file]
+        tasks = map(str.capitalize, named)
         parts += [f"## {file.name}", f"For {' and '.join(tasks)}; {file.stat().st_size:,} bytes."]
         for card in of_networks(file):
             lines = [_line(training) for training in trainings(card)]

@@ -8,7 +8,7 @@ from asv_env import Simulation, make_params
 from asv_env.tasks import starts
 from baselines.learned.metadata import Metadata
 from baselines.learned.network import NetworkPolicy
-from baselines.mirror import SideAway
+from baselines.mirror import PushSideSelector
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 MIRROR = np.array([1.0, -1.0, -1.0])
@@ -27,14 +27,14 @@ class Driven:
     def __init__(self, params, seeds, **options):
         self.sim = Simulation(params, len(seeds), **options)
         self.sim.reset(seeds=seeds)
-        self.away, self.script = SideAway(params), ScriptedPolicy(params)
-        self.sides = self.memory = None
+        self.selector, self.scripted = PushSideSelector(params), ScriptedPolicy(params)
+        self.push_side = self.memory = None
         self.fresh = np.ones(len(seeds), dtype=bool)
 
     def step(self):
-        seen, self.sides = self.away.see(self.sim.sensed, self.sides, self.fresh)
-        action, self.memory = self.script.act(seen, None, self.memory, self.fresh)
-        action[..., 1] *= self.sides.side[:, None]
+        seen, self.push_side = self.selector.view(self.sim.sensed, self.push_side, self.fresh)
+        action, self.memory = self.scripted.act(seen, None, self.memory, self.fresh)
+        action[..., 1] *= self.push_side.side[:, None]
         over = self.sim.step(action).ending
         self.fresh = over.terminated | over.truncated
         if self.fresh.any():
