@@ -1,6 +1,7 @@
 """The paper's figures and table: files, statistics, and that drawings show the code's geometry."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -185,6 +186,21 @@ def test_every_figure_and_table_says_what_it_shows_and_where_its_numbers_come_fr
         assert (f"## {name}\n" in text) != isinstance(thing, artefact.Study)
     assert "fig3" not in contents.captions(["fig4"])
     assert "the paper's own numbers from its tank experiment" in text
+
+
+PUBLISHED = Path(__file__).parents[1] / "docs" / "reproduction"
+
+
+@pytest.mark.parametrize("name", ["table", "planners-table", "claims"])
+def test_published_tables_follow_from_the_published_studies(name):
+    table = contents.ARTEFACTS[name]
+    studies = [json.loads((PUBLISHED / f"{need}.json").read_text()) for need in table.needs]
+    product = table.make(Job(seed=0, trials=12, episodes=96), *studies)
+    assert (PUBLISHED / f"{name}.md").read_text() == artefact.markdown(product)
+
+
+def test_published_captions_are_those_of_the_code():
+    assert (PUBLISHED / "README.md").read_text() == contents.captions(contents.ARTEFACTS)
 
 
 def test_captions_say_the_numbers_of_the_code():

@@ -116,31 +116,6 @@ def feasible(path: ArcPath, min_radius: ArrayLike) -> NDArray[np.bool_]:
     return ~np.any((_tightness(path) * least > 1) | _backwards(path), axis=-1)
 
 
-def reason(path: ArcPath, min_radius: ArrayLike) -> str | NDArray[np.str_]:
-    """Returns why `path` is not feasible, "" where it is: one string, or an array (...)."""
-    tightness, backwards = _tightness(path), _backwards(path)
-    narrowest, straight = tightness.argmax(axis=-1), backwards.argmax(axis=-1)
-    ok = feasible(path, min_radius)
-    cases = np.broadcast(
-        ok, backwards.any(axis=-1), straight, narrowest, tightness.max(axis=-1), min_radius
-    )
-    text = np.array([_reason(*case) for case in cases], dtype=np.str_)
-    return str(text[0]) if ok.ndim == 0 else text.reshape(ok.shape)
-
-
-def _reason(
-    ok: bool, backwards: bool, straight: int, narrowest: int, tightness: float, min_radius: float
-) -> str:
-    if ok:
-        return ""
-    if backwards:
-        return f"segment {straight + 1} is a straight that would have to be driven backwards"
-    return (
-        f"segment {narrowest + 1} has radius {1 / tightness:.4g} m, "
-        f"below the minimum of {min_radius:.4g} m"
-    )
-
-
 def _tightness(path: ArcPath) -> Float:
     """Absolute curvature (..., n) 1/m; 0 where the segment hardly turns."""
     return np.where(np.abs(path.turn) > TOLERANCE, np.abs(path.curvature), 0.0)
