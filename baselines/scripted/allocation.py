@@ -1,7 +1,5 @@
 """Control allocation: which boat at the side exerts which part of a force and a moment."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.types import Bool, Float

@@ -9,8 +9,6 @@ All positions are complex numbers u + iw in the vessel's frame: u along its leng
 from w > 0.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -57,12 +55,12 @@ class ApproachPath:
         self._circle = max(corner, outermost)
 
     def turn_direction(self, boat: Complex, slot: Complex) -> Int:
-        """Turn direction D (...) of the shorter way round: 0 clockwise, 1 counter-clockwise."""
+        """Returns D (...) of the shorter path round: 0 clockwise, 1 counter-clockwise."""
         clockwise = self._length_round(-boat.conj(), -slot.conj())
         return np.where(self._length_round(boat, slot) <= clockwise, 1, 0)
 
     def course(self, boat: Complex, slot: Complex, turn_direction: Int) -> tuple[Complex, Float]:
-        """Direction in which a boat goes to its slot, and the path length that is left, m.
+        """Returns the direction in which a boat goes to its slot, and the path length left, m.
 
         The direction jumps only where the spiral begins, by less than 1 rad. The length is exact,
         to within about ``CAPTURE``, for a boat that follows the path from outside the circle.
@@ -82,14 +80,14 @@ class ApproachPath:
         return np.where(descends, down, around), np.where(descends, descent, circuit)
 
     def _can_descend(self, boat: Complex, slot: Complex) -> Bool:
-        """Whether a boat is above the waypoint, close above the hull, or in the slot's funnel."""
+        """Returns which boats are above the waypoint, close above the hull, or in the funnel."""
         offset = boat - slot
         near = np.abs(boat) < self._circle
         above = boat.imag >= np.where(near, self._clear, self._waypoint)
         return above | (2 * np.abs(offset.real) <= CAPTURE + offset.imag)
 
     def _spiral_down(self, boat: Complex, slot: Complex) -> tuple[Complex, Float]:
-        """Direction and length of the spiral to the waypoint and the descent below it.
+        """Returns direction and length of the spiral to the waypoint and the descent below it.
 
         The spiral's target is the waypoint. It sinks with a boat that is lower, a little in front
         of one within the capture radius, and farther in front of one next to the hull. So its
@@ -110,7 +108,7 @@ class ApproachPath:
         return direction(heading), np.maximum(length + height - slot.imag, 0.0)
 
     def _round(self, boat: Complex) -> Complex:
-        """Direction counter-clockwise on the circle or its tangent, outwards well inside it."""
+        """Returns the direction on the circle or its tangent, outwards well inside the circle."""
         radius = np.abs(boat)
         outwards = np.clip((self._circle - radius) / OUTWARD_DEPTH, 0.0, 1.0)
         tangent = np.arccos(np.minimum(self._circle / np.maximum(radius, self._circle), 1.0))
@@ -119,7 +117,7 @@ class ApproachPath:
         return direction(braitenberg.desired_heading(alpha, 1, phi))
 
     def _length_round(self, boat: Complex, slot: Complex) -> Float:
-        """Length of the counter-clockwise path, m: tangent, circle, spiral and descent.
+        """Returns the length of the counter-clockwise path, m: tangent, circle, spiral, descent.
 
         A boat at the side of the vessel may reach the waypoints' height on the tangent already.
         """
@@ -140,6 +138,5 @@ class ApproachPath:
 
 
 def _mirrored(point: Complex, flip: Float) -> Complex:
-    """Points u + iw, or -u + iw where ``flip`` is -1."""
-    mirrored: Complex = flip * point.real + 1j * point.imag
-    return mirrored
+    """Returns points u + iw, or -u + iw where ``flip`` is -1."""
+    return flip * point.real + 1j * point.imag

@@ -6,9 +6,8 @@ its slot DOCKs: it goes down the line. One that gets too low outside the funnel 
 ASTERN until it is inside the funnel, and high enough for another try.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -52,8 +51,8 @@ class GraspMemory:
     drift: Complex
 
     @classmethod
-    def empty(cls, worlds: int, team: int) -> GraspMemory:
-        """Memory to be filled when an approach begins."""
+    def empty(cls, worlds: int, team: int) -> Self:
+        """Returns memory to be filled when an approach begins."""
         shape, drift = (worlds, team), np.zeros((worlds, team), dtype=np.complex128)
         descending, astern = np.zeros(worlds, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
         turns = np.zeros(shape, dtype=np.int64)
@@ -83,7 +82,7 @@ class Docking:
     def update_boats(
         self, relations: Relations, gap: Complex, slot: Complex, memory: GraspMemory
     ) -> Bool:
-        """Boats (W, A) that dock, by the gaps (W, A) m to their targets; updates their state."""
+        """Returns which boats (W, A) dock, given the gaps (W, A) m to their targets."""
         gains, height, offset = self._gains, -gap.imag, relations.boat - slot
         docks = np.abs(gap.real) < gains.docking_half_width
         docks &= (height < gains.docking_height) & (offset.imag > -BELOW)
@@ -95,7 +94,7 @@ class Docking:
         return docks
 
     def velocity(self, gap: Complex, astern: Bool) -> Complex:
-        """Velocity (W, A) m/s of docking boats: along the line of the slot, and towards it."""
+        """Returns velocities (W, A) m/s of docking boats: down their slot's line and towards it."""
         gains, limit = self._gains, self._gains.descent_speed
         down = np.where(astern, -limit, np.clip(-gains.descent_gain * gap.imag, -limit, limit))
         slope = gap.real / (gains.lookahead + gains.lookahead_time * np.abs(down))
@@ -103,6 +102,6 @@ class Docking:
         return (np.abs(down) * slope - 1j * down) / np.hypot(1.0, slope)
 
     def heading(self, velocity: Complex, astern: Bool) -> Complex:
-        """Direction (W, A), of any length, to which docking boats turn: always to the hull."""
+        """Returns directions (W, A), of any length, to which docking boats turn: to the hull."""
         velocity = np.where(astern, -velocity, velocity)
         return velocity.real + 1j * np.minimum(velocity.imag, -self._gains.pointing_speed)

@@ -8,6 +8,6 @@ Velocity = TypeVar("Velocity", float, Float)
 
 
 def drag(coefficients: tuple[float, float], velocity: Velocity) -> Velocity:
-    """Drag at velocities through the water (...), by the linear and the quadratic coefficient."""
+    """Returns the drag at velocities (...), from its linear and its quadratic coefficient."""
     linear, quadratic = coefficients
     return (linear + quadratic * abs(velocity)) * velocity

@@ -9,8 +9,6 @@ for a velocity relative to the hull and not for a heading: it points where its v
 change, and against the water that drifts past the hull, which it notices because it is carried.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.params import EnvParams
@@ -27,8 +25,7 @@ from baselines.scripted.observer import VesselMemory
 MIN_SPEED = 0.02
 """Least speed on the path to the waypoint, m/s."""
 MAX_SIDESTEP = 0.5
-"""Largest distance from its place at which a boat clears a failed one, fraction of the slot's
-tolerance."""
+"""Limit of the step aside from a failed boat, fraction of the slot's tolerance."""
 
 
 class GraspController:
@@ -61,7 +58,7 @@ class GraspController:
         memory: GraspMemory,
         begins: Bool,
     ) -> Float:
-        """Speed m/s and yaw rate rad/s (W, A, 2) of the boats.
+        """Returns the speeds, m/s, and yaw rates, rad/s, of the boats (W, A, 2).
 
         Args:
             relations: estimated relations.
@@ -112,14 +109,14 @@ class GraspController:
         memory.drift[new] = 0.0
 
     def _holding_position(self, slot: Complex) -> Complex:
-        """Positions (W, A) where boats wait for closure: slots, a little off the side or end."""
+        """Returns where boats wait for closure (W, A): slots, a little off the side or end."""
         at_side = np.abs(slot.real) < self._half_length
         return slot + self._gains.standoff * np.where(at_side, 1j, np.sign(slot.real))
 
     def _velocities(
         self, relations: Relations, memory: GraspMemory
     ) -> tuple[Complex, Complex, Complex]:
-        """Bows of the boats, velocities of the hull at them, and theirs past it, (W, A) each.
+        """Returns the boats' bows, the hull's velocities at them, and theirs past it, (W, A) each.
 
         All are in the vessel's frame. Updates ``memory.drift``, of which a boat notices the
         component across its bow, less its own skid in a turn: speed times yaw rate times the time
@@ -139,7 +136,7 @@ class GraspController:
     def _cruising_speed(
         self, length: Float, distance: Float, sensed: Sensed, memory: GraspMemory
     ) -> Float:
-        """Speed (W, A) m/s that brings all boats to their waypoints when they are due (Eq 7)."""
+        """Returns the speeds (W, A) m/s that bring all boats to their waypoints when due (Eq 7)."""
         gains = self._gains
         left = (memory.due - sensed.tick)[:, None] / self._hz
         speed = approach_speed(length, left, max_speed=gains.max_speed, min_speed=MIN_SPEED)

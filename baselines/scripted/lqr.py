@@ -12,8 +12,6 @@ the cost-minimal u is - K x - integral of G(tau) k(tau), with K = R^-1 B' P, P f
 equation, and G(tau) = - R^-1 B' exp((A - B K)' tau) P (0, v, 0, 0).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import expm, solve_continuous_are
 
@@ -35,9 +33,6 @@ YAW_RATE = 0.1
 
 class PreviewLqr:
     """Feedback and preview gains, scheduled over the vessel's speed.
-
-    Attributes:
-        preview_times: (PREVIEW_POINTS,) s from now, where the path's curvature is taken.
 
     Args:
         vessel: hull of the vessel, with the drag that acts.
@@ -62,6 +57,7 @@ class PreviewLqr:
         control[3, 1] = 1.0 / vessel.total_inertia
         step = scale * PREVIEW_STEP
         self.preview_times: Float = step * (np.arange(PREVIEW_POINTS) + 0.5)
+        """(PREVIEW_POINTS,) times from now at which the path's curvature is taken, s."""
         self._feedback = np.zeros((len(SPEEDS), 2, 4))
         self._preview = np.zeros((len(SPEEDS), 2, PREVIEW_POINTS))
         weighted = np.linalg.solve(control_cost, control.T)
@@ -75,7 +71,7 @@ class PreviewLqr:
             self._preview[i] = step * np.stack(ahead, axis=-1)
 
     def wrench(self, speed: Float, deviation: Float, curvature: Float) -> Float:
-        """Force along the hull, N, and moment, N m, (W, 2) that bring the vessel to its path.
+        """Returns force along the hull, N, and moment, N m, (W, 2) that keep a vessel on its path.
 
         Args:
             speed: (W,) of the vessel, m/s.
@@ -89,12 +85,11 @@ class PreviewLqr:
         weight = (place - low)[:, None, None]
         feedback = self._feedback[low] * (1 - weight) + self._feedback[low + 1] * weight
         preview = self._preview[low] * (1 - weight) + self._preview[low + 1] * weight
-        wrench: Float = -(feedback @ deviation[..., None] + preview @ curvature[..., None])[..., 0]
-        return wrench
+        return -(feedback @ deviation[..., None] + preview @ curvature[..., None])[..., 0]
 
 
 def _dynamics(vessel: VesselParams, speed: float) -> Float:
-    """Matrix A (4, 4) of a vessel that moves at a speed (m/s), linearised about the path."""
+    """Returns the matrix A (4, 4) of a vessel at a speed (m/s), linearised about the path."""
     hull = vessel.linearised(SLIP, YAW_RATE)
     surge, yaw = hull.surge[0] / vessel.total_mass, hull.yaw[0] / vessel.total_inertia
     return np.array(

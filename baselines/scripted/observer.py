@@ -6,9 +6,8 @@ shared filter of the sensors, which knows nothing of forces: its rates have half
 noise. What the free vessel does beyond the prediction is put down to the water that carries it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from scipy.linalg import solve_discrete_are
@@ -50,8 +49,8 @@ class VesselMemory:
     moment: Float
 
     @classmethod
-    def empty(cls, worlds: int) -> VesselMemory:
-        """Memory to be filled by ``VesselObserver.restart``."""
+    def empty(cls, worlds: int) -> Self:
+        """Returns memory to be filled by ``VesselObserver.restart``."""
         zero = np.zeros(worlds, dtype=np.complex128)
         return cls(np.zeros((worlds, 6)), zero, zero.copy(), np.zeros(worlds))
 
@@ -95,7 +94,7 @@ class VesselObserver:
         memory.drift = memory.drift + free * correction
 
     def acceleration(self, memory: VesselMemory) -> Float:
-        """Acceleration (W, 3) by the boats' forces and the drag; m/s^2, m/s^2, rad/s^2."""
+        """Returns the acceleration (W, 3) by the boats' forces and the drag, m/s^2 and rad/s^2."""
         vessel, motion = self._vessel, memory.motion
         heading = np.exp(1j * motion[:, 2])
         velocity, yaw_rate = (plane(motion, 3) - memory.drift) * heading.conj(), motion[:, 5]
@@ -108,10 +107,9 @@ class VesselObserver:
 def drift_gain(
     acceleration: float, decay: float, pose_noise: float, rate_noise: float, dt: float
 ) -> Float:
-    """Steady-state gains (2,) of the drift on the innovations of pose and rate.
+    """Returns the steady-state gains (2,) of the drift on the innovations of pose and rate.
 
-    They are those of a Kalman filter of three states: pose, rate, and the drift to which the rate
-    decays.
+    The Kalman filter has three states: pose, rate, and the drift to which the rate decays.
 
     Args:
         acceleration: standard deviation of what else changes the rate, m/s^2.
@@ -125,5 +123,4 @@ def drift_gain(
     measured = np.eye(3)[:2]
     noise = np.diag(np.maximum([pose_noise, rate_noise], LEAST_NOISE) ** 2)
     covariance = solve_discrete_are(transition.T, measured.T, process_noise, noise)
-    gain: Float = np.linalg.solve(covariance[:2, :2] + noise, covariance[:2, 2])
-    return gain
+    return np.linalg.solve(covariance[:2, :2] + noise, covariance[:2, 2])

@@ -5,9 +5,8 @@ path is laid so that it has been carried to the goal when the vessel comes to it
 that leaves its path or passes its goal gets a new path.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -51,8 +50,8 @@ class PathMemory:
     replan: Bool
 
     @classmethod
-    def empty(cls, worlds: int) -> PathMemory:
-        """Memory to be filled by ``PathFollower.plan``."""
+    def empty(cls, worlds: int) -> Self:
+        """Returns memory to be filled by ``PathFollower.plan``."""
         segments = np.zeros((worlds, SEGMENTS))
         replan = np.zeros(worlds, dtype=np.bool_)
         return cls(np.zeros((worlds, 3)), segments, segments.copy(), np.zeros(worlds), replan)
@@ -73,8 +72,7 @@ class PathFollower:
     ) -> None:
         self._vessel, self._planner, self._gains = vessel, planner, gains
         self._caged = PreviewLqr(vessel, tolerances)
-        uncaged = replace(tolerances, force=0.0, heading=UNCAGED_HEADING)
-        self._uncaged = PreviewLqr(vessel, uncaged)
+        self._uncaged = PreviewLqr(vessel, replace(tolerances, force=0.0, heading=UNCAGED_HEADING))
         self.preview_times = self._caged.preview_times
 
     def plan(self, relations: Relations, drift: Complex, memory: PathMemory, which: Bool) -> None:
@@ -96,7 +94,7 @@ class PathFollower:
     def wrench(
         self, relations: Relations, drift: Complex, caged: Bool, memory: PathMemory
     ) -> tuple[Float, Float, Float]:
-        """Computes what leads the vessel along its path to rest at the goal.
+        """Returns what leads the vessel along its path to rest at the goal.
 
         Args:
             relations: estimated relations.

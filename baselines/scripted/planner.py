@@ -1,7 +1,5 @@
 """Plans the vessel's path to its goal, and its speed along it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.geometry import direction
@@ -46,7 +44,7 @@ class PathPlanner:
         self._timetable = remaining, np.concatenate([[0.0], np.cumsum(steps)])
 
     def plan(self, goal: Complex, heading: Float) -> ArcPath:
-        """Plans paths of ``SEGMENTS`` segments from the origin.
+        """Returns paths of ``SEGMENTS`` segments from the origin.
 
         The candidates are shortest paths of bounded curvature with a final straight, on which
         the vessel recovers from the turn and slows down. Wide arcs and long straights are easier
@@ -72,7 +70,7 @@ class PathPlanner:
         return ArcPath(np.zeros(3), curvatures[best], lengths[best])
 
     def speed(self, remaining: Float) -> Float:
-        """Speed (...) m/s of the vessel where path lengths (...) in m remain.
+        """Returns the speed (...) m/s of the vessel where path lengths (...) in m remain.
 
         Nobody can brake the vessel. It slows down with the water's drag, always at a fraction of
         the speed from which it would coast to rest a little beyond the goal.
@@ -81,10 +79,9 @@ class PathPlanner:
         return np.minimum(self.gains.speed, self.gains.braking * coasting)
 
     def force(self, remaining: Float, speed: Float, gain: float) -> Float:
-        """Force (...) N that brings a vessel to its timetable, from speeds (...) in m/s.
+        """Returns the force (...) N that brings a vessel from a speed (...) m/s to its timetable.
 
-        It is the drag, less what slows the vessel down, and the mass times ``gain`` (1/s) times
-        the speed error.
+        ``gain`` is the force per mass and speed error, 1/s.
         """
         wanted = self.speed(remaining)
         resistance = drag(self._vessel.sway, wanted)
@@ -92,5 +89,5 @@ class PathPlanner:
         return resistance + gain * self._vessel.total_mass * (wanted - speed)
 
     def time(self, remaining: Float) -> Float:
-        """Time (...) s that the vessel needs for the path lengths (...) in m that remain."""
+        """Returns the time (...) s that the vessel needs for the path lengths (...) in m left."""
         return np.interp(remaining, *self._timetable)

@@ -4,8 +4,6 @@ Boats at the side exert the force and the moment, those at the ends the force al
 ``PathFollower`` demands. Each does so by the speed and the heading at which it goes with the hull.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.geometry import direction
@@ -60,7 +58,7 @@ class PushController:
         memory: PathMemory,
         begins: Bool,
     ) -> Float:
-        """Speed m/s and yaw rate rad/s (W, A, 2) of the boats.
+        """Returns the speeds, m/s, and yaw rates, rad/s, of the boats (W, A, 2).
 
         Args:
             relations: estimated relations.
@@ -79,8 +77,7 @@ class PushController:
         force, vessel.moment = allocate(forward, moment, places.real, pushing, reserve, least)
         vessel.force = along - 1j * force.sum(axis=1)
         gap, yaw_rate = places - relations.boat, relations.yaw_rate[:, :1]
-        hull = (relations.velocity[:, 0] * relations.heading[:, 0].conj())[:, None]
-        hull = hull + 1j * yaw_rate * places
+        hull = relations.velocity[:, :1] * relations.heading[:, :1].conj() + 1j * yaw_rate * places
         speed, offset = np.where(
             at_end,
             self._end_command(gap, hull, yaw_rate, np.sign(places.real), along),
@@ -91,7 +88,7 @@ class PushController:
         return np.stack([speed, yaw_rate], axis=-1)
 
     def places(self, slot: Complex, pushing: Bool) -> Complex:
-        """Places of the boats (W, A), m: those that push are spread as far as the ends allow."""
+        """Returns the boats' places (W, A), m: side boats are spread as far as the ends allow."""
         farthest = np.abs(np.where(pushing, slot.real, 0.0)).max(axis=1, keepdims=True)
         room = self._vessel.length / 2 - self._boat.width
         spread = np.clip(room / np.maximum(farthest, TINY), 1.0, self._gains.spread)
@@ -100,7 +97,7 @@ class PushController:
     def _side_command(
         self, gap: Complex, hull: Complex, yaw_rate: Float, force: Float
     ) -> tuple[Float, Float]:
-        """Speed and yaw offset (W, A) of side boats: the hull's, and more by their force.
+        """Returns speed and yaw offset (W, A) of side boats: the hull's, and more by their force.
 
         The autopilot turns an excess of speed into thrust. Friction takes the boats along with
         the hull, which hinders its turning; a yaw offset by which their thrust would take them
@@ -127,7 +124,7 @@ class PushController:
     def _end_command(
         self, gap: Complex, hull: Complex, yaw_rate: Float, end: Float, force: Float
     ) -> tuple[Float, Float]:
-        """Speed and yaw offset (W, A) of end boats: they go with the hull and press on it.
+        """Returns speed and yaw offset (W, A) of end boats, which go with the hull and press on it.
 
         The water carries a boat whose heading is off its course sideways, so that a small yaw
         offset presses hard. Arguments as for ``_side_command``, but for ``end``, (W, A) -1 or +1,

@@ -5,11 +5,9 @@ shares and from its own slot, so that each boat could compute its own part. Wher
 from the vessel's -n side, the world is mirrored first.
 """
 
-from __future__ import annotations
-
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -47,8 +45,8 @@ class Memory:
     path: PathMemory
 
     @classmethod
-    def empty(cls, worlds: int, team: int) -> Memory:
-        """Memory of worlds that are all fresh."""
+    def empty(cls, worlds: int, team: int) -> Self:
+        """Returns memory of worlds that are all fresh."""
         grasp, path = GraspMemory.empty(worlds, team), PathMemory.empty(worlds)
         return cls(np.zeros(worlds, dtype=np.bool_), VesselMemory.empty(worlds), grasp, path)
 
@@ -102,27 +100,25 @@ class ScriptedPolicy:
         motion[:, 0] = memory.vessel.motion
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
-        before = memory.pushing
-        memory.pushing = self._next_phase(relations, sensed, before & ~fresh)
-        begins = fresh | (memory.pushing != before)
+        pushing = self._next_phase(relations, sensed, memory.pushing & ~fresh)
+        begins = fresh | (pushing != memory.pushing)
+        memory.pushing = pushing
         command = np.zeros((*sensed.slot.shape, 2))
-        phases: tuple[tuple[Any, Any, Bool], ...] = (
-            (self._grasp, memory.grasp, ~memory.pushing),
-            (self._push, memory.path, memory.pushing),
-        )
+        approach, push = (self._grasp, memory.grasp, ~pushing), (self._push, memory.path, pushing)
+        phases: list[Any] = [approach, push]
         for phase, phase_memory, where in phases:
             here = np.flatnonzero(where)
             if len(here):
                 known = rows(relations, here), rows(sensed, here)
-                own, vessel = rows(phase_memory, here), rows(memory.vessel, here)
+                vessel, own = rows(memory.vessel, here), rows(phase_memory, here)
                 command[here] = phase.act(*known, vessel, own, begins[here])
-                put_rows(phase_memory, here, own)
                 put_rows(memory.vessel, here, vessel)
+                put_rows(phase_memory, here, own)
         command[..., 1] *= side[:, None]
         action = np.clip(command / autopilot.SCALE, -1.0, 1.0)
         return action.astype(np.float32), memory
 
     def _next_phase(self, relations: Relations, sensed: Sensed, pushing: Bool) -> Bool:
-        """Worlds (W,) in the phase PUSH: from closure on, until a boat is far from its slot."""
+        """Returns which worlds (W,) PUSH: from closure on, until a boat is far from its slot."""
         near = (relations.slot_error < self._lost) | ~sensed.working
         return (sensed.closed | (pushing & near.all(axis=1))) & self._has_goal
