@@ -1,0 +1,43 @@
+// Cameras: {x, y, scale}, the point in the middle of the picture, m, and pixels a metre.
+const camera = (() => {
+  const MARGIN = 0.15; // m of water around all that moves
+  const NEAR = 0.5; // m of water around the vessel in the near view
+
+  const reach = (outline) => Math.max(...outline.map(([x, y]) => Math.hypot(x, y)));
+
+  /** The box of all that moves in some films: west, east, south, north, m. */
+  function bounds(films) {
+    const box = [Infinity, -Infinity, Infinity, -Infinity];
+    const include = (x, y, room) => {
+      box[0] = Math.min(box[0], x - room);
+      box[1] = Math.max(box[1], x + room);
+      box[2] = Math.min(box[2], y - room);
+      box[3] = Math.max(box[3], y + room);
+    };
+    for (const { condition, take, poses: values } of films) {
+      const { frames, goal } = take;
+      for (let body = 0; body <= condition.boats; body += 1) {
+        const room = reach(body ? condition.boat : condition.vessel) + MARGIN;
+        const row = 3 * body * frames;
+        for (let k = row; k < row + frames; k += 1) include(values[k], values[k + frames], room);
+      }
+      if (goal) include(goal[0], goal[1], reach(condition.vessel) + MARGIN);
+    }
+    return box;
+  }
+
+  /** The camera that sees a whole box. */
+  function whole([west, east, south, north], width, height) {
+    const scale = Math.min(width / (east - west), height / (north - south));
+    return { x: (west + east) / 2, y: (south + north) / 2, scale };
+  }
+
+  /** The camera that follows the vessel of a film. */
+  function near(film, time, width, height) {
+    const [x, y] = poses.at(film, 0, time);
+    const room = reach(film.condition.vessel) + reach(film.condition.boat) + NEAR;
+    return { x, y, scale: Math.min(width, height) / 2 / room };
+  }
+
+  return { bounds, whole, near };
+})();

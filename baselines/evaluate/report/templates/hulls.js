@@ -1,0 +1,103 @@
+// Hulls and the goal, drawn in metres with y upwards; px is the size of a pixel, m.
+const hulls = ((palette) => {
+  const CHEVRON = [[0.9, 0], [-0.5, 0.8], [-0.15, 0], [-0.5, -0.8]];
+
+  /** Runs a drawing in the frame of a hull, with its outline as the current path. */
+  function inside(pen, outline, [x, y, heading], drawing) {
+    pen.save();
+    pen.translate(x, y);
+    pen.rotate(heading);
+    trace(pen, outline);
+    drawing();
+    pen.restore();
+  }
+
+  function trace(pen, outline, scale = 1) {
+    pen.beginPath();
+    outline.forEach(([u, v]) => pen.lineTo(scale * u, scale * v));
+    pen.closePath();
+  }
+
+  function fill(pen, colour) {
+    pen.fillStyle = colour;
+    pen.fill();
+  }
+
+  function stroke(pen, colour, width) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = width;
+    pen.stroke();
+  }
+
+  const halfWidth = (outline) => Math.max(...outline.map(([, y]) => Math.abs(y)));
+
+  /** An arrow head on the vessel that points ahead. */
+  function chevron(pen, outline, colour) {
+    trace(pen, CHEVRON, 0.6 * Math.min(...outline.map(([, y]) => Math.abs(y))));
+    fill(pen, colour);
+  }
+
+  function shadow(pen, outline, [x, y, heading], px) {
+    const below = [x + 1.5 * px, y - 2.2 * px, heading];
+    inside(pen, outline, below, () => fill(pen, palette.shadow));
+  }
+
+  function drawVessel(pen, condition, pose, px) {
+    shadow(pen, condition.vessel, pose, px);
+    inside(pen, condition.vessel, pose, () => {
+      fill(pen, palette.deck);
+      stroke(pen, palette.keel, 1.6 * px);
+      chevron(pen, condition.vessel, palette.keel);
+    });
+  }
+
+  /** The area of the goal, below the vessel. */
+  function drawGoal(pen, condition, goal) {
+    inside(pen, condition.vessel, goal, () => {
+      pen.globalAlpha = 0.17;
+      fill(pen, palette.white);
+      pen.globalAlpha = 0.6;
+      chevron(pen, condition.vessel, palette.white);
+      pen.globalAlpha = 1;
+    });
+  }
+
+  /** The dashed outline of the goal, above the vessel. */
+  function outlineGoal(pen, condition, goal, px) {
+    inside(pen, condition.vessel, goal, () => {
+      pen.setLineDash([7 * px, 5 * px]);
+      stroke(pen, palette.edge, 3.4 * px);
+      stroke(pen, palette.white, 2 * px);
+    });
+  }
+
+  function drawBoat(pen, { condition, take }, boat, pose, time, px) {
+    const failure = take.failures[boat];
+    const works = failure === null || time < failure;
+    const bow = Math.max(...condition.boat.map(([x]) => x));
+    shadow(pen, condition.boat, pose, 0.7 * px);
+    inside(pen, condition.boat, pose, () => {
+      fill(pen, works ? palette.team[boat % palette.team.length] : palette.failed);
+      pen.save();
+      pen.clip();
+      pen.fillStyle = palette.white;
+      pen.globalAlpha = works ? 1 : 0.5;
+      pen.fillRect(bow - condition.bow, -bow, condition.bow, 2 * bow);
+      pen.restore();
+      stroke(pen, palette.edge, Math.min(1.2 * px, 0.1 * bow));
+      if (!works) cross(pen, 0.7 * halfWidth(condition.boat), px);
+    });
+  }
+
+  /** The mark of a boat whose thrusters have failed. */
+  function cross(pen, size, px) {
+    pen.beginPath();
+    for (const sign of [-1, 1]) {
+      pen.moveTo(-size, -sign * size);
+      pen.lineTo(size, sign * size);
+    }
+    stroke(pen, palette.mark, Math.max(1.5 * px, 0.28 * size));
+  }
+
+  return { drawVessel, drawGoal, outlineGoal, drawBoat };
+})(world.palette);
