@@ -100,7 +100,7 @@ def report(folder, suite=SUITE, policies=POLICIES, replays=3):
     }
     results = Results(suite, tuple(policies), rows)
     prints = {name: prints for name, (prints, _) in policies.items()}
-    origin = {
+    provenance = {
         "set of episodes": "feedfeedfeedfeed",
         "state of the code": "c0dec0dec0dec0de",
         "set of libraries": {"numpy": "2.0"},
@@ -114,7 +114,7 @@ def report(folder, suite=SUITE, policies=POLICIES, replays=3):
         "suite": suite.name,
         "about": suite.about,
         "seeds": [suite.seeds[0], suite.seeds[-1]],
-        "origin": origin,
+        "provenance": provenance,
         "policies": prints,
         **summarise(results),
     }

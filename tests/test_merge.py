@@ -35,13 +35,17 @@ def write_run(folder, policy, episodes):
         )
     ]  # fmt: skip
     results = of_rows(suite, rows)
-    origin = {"suite": suite.name, "task": "transport", "set of episodes": suite.digest()}
+    provenance = {"suite": suite.name, "task": "transport", "set of episodes": suite.digest()}
     summary = {
         "suite": suite.name,
         "about": suite.about,
         "episodes": episodes,
         "seeds": [suite.seeds[0], suite.seeds[-1]],
-        "origin": {**origin, "state of the code": "c0de", "set of libraries": {"pymunk": "7"}},
+        "provenance": {
+            **provenance,
+            "state of the code": "c0de",
+            "set of libraries": {"pymunk": "7"},
+        },
         "policies": {policy: [policy]},
         **summarise(results),
     }
@@ -146,7 +150,7 @@ def test_runs_that_cannot_be_compared_are_refused(folder):
     summary = json.loads(file.read_text())
     file.write_text(json.dumps({**summary, "episodes": 1}))
     assert "run it with --episodes 3" in refusal(folder)
-    summary["origin"]["set of libraries"]["pymunk"] = "0"
+    summary["provenance"]["set of libraries"]["pymunk"] = "0"
     file.write_text(json.dumps(summary))
     assert "set of libraries is" in refusal(folder)
     shutil.rmtree(folder / "run")

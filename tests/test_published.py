@@ -121,12 +121,16 @@ def test_pages_show_the_numbers_of_the_rows(folder):
 
 def test_a_report_that_differs_from_its_summary_is_written_again(folder):
     results = of_rows(SUITE, read_csv(folder / "plane-v1/episodes.csv"))
-    origin = {"set of episodes": "a", "state of the code": "b", "set of libraries": {"pymunk": "7"}}
+    provenance = {
+        "set of episodes": "a",
+        "state of the code": "b",
+        "set of libraries": {"pymunk": "7"},
+    }
     summary = {
         "suite": "plane-v1",
         "about": SUITE.about,
         "seeds": [3_000_000, 3_000_002],
-        "origin": origin,
+        "provenance": provenance,
         "policies": {"one": ["one"], "two": ["two"]},
         **summarise(results),
     }
@@ -162,7 +166,7 @@ def test_a_page_without_marks_and_a_folder_without_results_are_refused(folder):
 def test_the_published_summary_is_that_of_the_published_rows(name):
     summary = json.loads((RESULTS / name / "summary.json").read_text())
     results = of_rows(SUITES[name], read_csv(RESULTS / name / "episodes.csv"))
-    assert summary["origin"]["set of episodes"] == SUITES[name].digest()
+    assert summary["provenance"]["set of episodes"] == SUITES[name].digest()
     assert summary["episodes"] == results.suite.episodes
     for condition in results.suite.conditions:
         for policy in results.policies:

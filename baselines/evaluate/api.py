@@ -133,7 +133,7 @@ def _comparison(request: Request, store: Store) -> Comparison:
         "about": suite.about,
         "episodes": suite.episodes,
         "seeds": [suite.seeds[0], suite.seeds[-1]],
-        "origin": request.provenance,
+        "provenance": request.provenance,
         "policies": request.fingerprints,
         **summarise(results),
     }

@@ -73,7 +73,7 @@ def add(run: Path, published: Path, checked: int) -> None:
     summary = {
         **old,
         "policies": {name: fingerprints[name] for name in results.policies},
-        "added": {**old.get("added", {}), **dict.fromkeys(new["policies"], new["origin"])},
+        "added": {**old.get("added", {}), **dict.fromkeys(new["policies"], new["provenance"])},
         **summarise(results),
     }
     write_csv(published / ROWS, results)
@@ -88,10 +88,10 @@ def _check_provenance(run: Path, new: dict[str, Any], published: Path, old: dict
         ValueError: the runs cannot be compared.
     """
     for name in SAME:
-        if new["origin"][name] != old["origin"][name]:
+        there, here = old["provenance"][name], new["provenance"][name]
+        if there != here:
             raise ValueError(
-                f"{name} is {old['origin'][name]!r} in {published} and {new['origin'][name]!r} in "
-                f"{run}: run all policies again"
+                f"{name} is {there!r} in {published} and {here!r} in {run}: run all policies again"
             )
     if new["episodes"] < old["episodes"]:
         raise ValueError(

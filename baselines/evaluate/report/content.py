@@ -40,7 +40,7 @@ def content(results: Results, summary: Mapping[str, Any]) -> dict[str, Any]:
         (f"Compared with {results.policies[0]}", table.comparisons(summary)),
         ("Compared with the control", table.controls(summary)),
     )
-    provenance = summary["origin"]
+    provenance = summary["provenance"]
     return {
         "summary": summary,
         "ran": _ran(results, summary),
