@@ -305,7 +305,7 @@ def test_table_against_a_case_worked_by_hand():
 
 def test_figure_10_marks_the_trials_with_closure_and_their_means():
     for column, values in ((0, [1.0, 3.0]), (1, [0.1, -0.3])):
-        panel = fig10_trials.figure(JOB, STUDY).axes[column]
+        panel = fig10_trials.error_figure(JOB, STUDY).axes[column]
         paper, nominal, mean, *_ = panel.lines
         np.testing.assert_array_equal(nominal.get_xdata(), [1, 3])
         np.testing.assert_allclose(nominal.get_ydata(), values)

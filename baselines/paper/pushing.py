@@ -45,7 +45,7 @@ def speeds(
 
 
 def directions(points: ArrayLike, vessel_pose: ArrayLike, curvature: ArrayLike) -> Float:
-    """Course of material points of a vessel that moves along -n (direction that Eq 16 lacks).
+    """Course of material points of a vessel that moves along -n, which Eq 16 leaves open.
 
     Equals alpha + sign(rho) pi/2 with alpha the bearing of the point from the circle's centre; a
     straight is no special case. The centre itself does not move, and gets the course 0.

@@ -1,4 +1,4 @@
-"""The arguments of the steering law, Eq (3), and those that lead a boat in to its target."""
+"""The arguments of the steering law, Eq (3), and their values on the approach to a target."""
 
 from __future__ import annotations
 

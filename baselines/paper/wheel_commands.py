@@ -42,7 +42,7 @@ class WheelCommands:
             relations: of the team as if it pushed from the +n side.
             steering: of each boat.
             flip: (W,) -1 where the world has been mirrored for that, else 1.
-            memory: of the controller; holds the wheel speeds of the last tick.
+            memory: of the controller, with the wheel speeds of the last tick.
         """
         bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
         surge = (relations.velocity * relations.heading.conj()).real

@@ -163,6 +163,6 @@ def one_boat_dead() -> EnvParams:
 
 def role_of_dead(params: EnvParams, seed: int) -> str:
     """Returns the role of the boat that dies in an episode of Push: "end" or "inner"."""
-    start = starts.sample(params, np.random.default_rng(seed))
-    boat = int(np.argmax(start.failure_tick))
-    return "end" if abs(start.motion[1 + boat, 0]) > params.vessel.length / 2 else "inner"
+    initial = starts.sample(params, np.random.default_rng(seed))
+    boat = int(np.argmax(initial.failure_tick))
+    return "end" if abs(initial.motion[1 + boat, 0]) > params.vessel.length / 2 else "inner"

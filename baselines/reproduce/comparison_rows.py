@@ -54,7 +54,7 @@ def _row(
         "its median": None,
     }
     if first is not None:
-        own, compared = (np.array(series, dtype=np.float64) for series in (values, first))
+        own, compared = (np.array(column, dtype=np.float64) for column in (values, first))
         if len(differences := _applicable(own - compared)):
             row["difference"] = difference(own, compared, rate=measure in RATES)
             row["its median"] = float(np.median(differences))

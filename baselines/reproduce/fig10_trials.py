@@ -1,4 +1,4 @@
-"""Fig. 10 and the table: repeated trials of the experiment, paired with the paper's own."""
+"""Fig. 10 and the table: repeated trials of the experiment, and the paper's own."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def errors(rows: Episodes) -> tuple[list[float], list[float]]:
     return distance, [row["heading_error_at_min"] for row in closed]
 
 
-def figure(job: Job, study: dict[str, Any]) -> Figure:
+def error_figure(job: Job, study: dict[str, Any]) -> Figure:
     """Smallest distance and heading error at that instant, trial by trial, in simulation.
 
     Policy "paper" in the experiment's preset; filled: exact measurement, open: scenario "noisy";
@@ -58,7 +58,7 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     twelve trials in its tank; the trials themselves are not given there. A trial without closure
     has no mark.
     """
-    drawn, axes = style.panels(style.PAGE, 62.0, 1, 2)
+    figure, axes = style.panels(style.PAGE, 62.0, 1, 2)
     panels = zip(
         axes, (palette.VERMILLION, palette.BLUE), (PAPER_POSITION, PAPER_HEADING), strict=True
     )
@@ -75,8 +75,8 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     axes[0].set_ylabel("smallest distance (cm)")
     axes[0].set_ylim(bottom=0)
     axes[1].set_ylabel("heading error (rad)")
-    style.legend(drawn, axes[0])
-    return drawn
+    style.legend(figure, axes[0])
+    return figure
 
 
 def _draw_trials(axes: Axes, rows: Episodes, column: int, line: str, looks: dict[str, Any]) -> None:

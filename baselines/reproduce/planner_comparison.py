@@ -55,15 +55,15 @@ def compare(job: Job) -> dict[str, Any]:
         return [asdict(log.episode) for log in logs]
 
     params = push_to_random_goals("nominal")
-    drawn = goals(params, job.seeds(GOALS))
+    sampled = goals(params, job.seeds(GOALS))
     radii = (params.vessel.length / 2, least_radius(params))
     return {
-        "lengths": {f"{radius:.2g}": fig5_paths.lengths(drawn, radius) for radius in radii},
+        "lengths": {f"{radius:.2g}": fig5_paths.lengths(sampled, radius) for radius in radii},
         "episodes": {s: {name: episodes(s, name) for name in PLANNERS} for s in SCENARIOS},
     }
 
 
-def figure(job: Job, study: dict[str, Any]) -> Figure:
+def comparison_figure(job: Job, study: dict[str, Any]) -> Figure:
     """Two arcs against the Dubins path over goals drawn at random.
 
     (a) Share of goals over the length of two arcs as a multiple of the Dubins length, both with
@@ -72,7 +72,7 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     the goal, driven in simulation by the scripted policy from a formed closure; solid: exact
     measurement, dashed: scenario "noisy"; the same goals for both planners.
     """
-    drawn, (ratio, time, distance) = style.panels(style.PAGE, 62.0, 1, 3, sharey=True)
+    figure, (ratio, time, distance) = style.panels(style.PAGE, 62.0, 1, 3, sharey=True)
     _draw_lengths(ratio, study["lengths"])
     for scenario, line in zip(SCENARIOS, ("-", "--"), strict=True):
         for name, colour in zip(PLANNERS, palette.SERIES, strict=False):
@@ -85,8 +85,8 @@ def figure(job: Job, study: dict[str, Any]) -> Figure:
     distance.set_xlabel("smallest distance (cm)")
     distance.set_xscale("log")
     distance.xaxis.set_major_formatter("{x:g}")
-    style.legend(drawn, ratio, distance)
-    return drawn
+    style.legend(figure, ratio, distance)
+    return figure
 
 
 def _draw_lengths(axes: Axes, lengths: dict[str, dict[str, list[float | None]]]) -> None:
