@@ -1,11 +1,14 @@
 """Policy files: what comes back from them, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers import SEEN
 
-from asv_env import make_params
-from baselines.learned import policy_file
+from asv_env import Simulation, make_params
+from asv_env.tasks import APPROACH, PUSH, TRANSPORT
+from baselines.learned import policy_file, shipped
 from baselines.learned.metadata import Metadata, Phase
 from baselines.learned.network import NetworkPolicy
 from baselines.learned.phases import PhasedPolicy
@@ -73,3 +76,48 @@ def test_nothing_is_unpickled(tmp_path):
     np.savez(tmp_path / "code.npz", policy=np.array([print], dtype=object))
     with pytest.raises(ValueError, match="not a policy file"):
         policy_file.read(tmp_path / "code.npz")
+
+
+# ---------------------------------------------------------------- observation and tasks
+
+
+@pytest.mark.parametrize("mirrors", [False, True])
+def test_a_network_observes_the_features_that_it_needs(mirrors):
+    names, rng = ("goal", "slot", "closure"), np.random.default_rng(0)
+    layers, metadata = [(rng.normal(size=(5, 2)), np.zeros(2))], Metadata(observation=names)
+    actions = []
+    for shown in (names, None, ("slot", "own_velocity")):
+        params = make_params("push", observation=shown)
+        policy = NetworkPolicy(layers, replace(metadata, mirrors=mirrors), params)
+        simulation, fresh = Simulation(params, 3), np.ones(3, dtype=bool)
+        observed = simulation.reset(seeds=range(3))
+        actions.append(policy.act(simulation.sensed, observed, None, fresh)[0])
+    assert np.array_equal(actions[0], actions[1])
+    assert np.array_equal(actions[0], actions[2])
+
+
+def test_the_shipped_policies_run_where_boats_observe_something_else():
+    actions = []
+    for shown in (None, ("slot",)):
+        params = make_params("transport", observation=shown)
+        policy, simulation = shipped.learned_policy(params), Simulation(params, 2)
+        observed, fresh = simulation.reset(seeds=range(2)), np.ones(2, dtype=bool)
+        actions.append(policy.act(simulation.sensed, observed, None, fresh)[0])
+    assert np.array_equal(*actions)
+
+
+def test_an_unknown_feature_is_refused(tmp_path):
+    policy_file.save(tmp_path / "bad.npz", [zeros(observation=("gaol",))], {})
+    with pytest.raises(ValueError, match=r"bad\.npz.*gaol.*goal"):
+        policy_file.load(tmp_path / "bad.npz", make_params("push"))
+
+
+@pytest.mark.parametrize("task", [APPROACH, PUSH, TRANSPORT], ids=lambda task: task.name)
+def test_tasks_of_the_same_kind_are_served(task):
+    mine = make_params(replace(task, name="mine"))
+    assert shipped.learned_policy(mine)
+    NetworkPolicy(LAYERS, Metadata(tasks=("mine",)), mine)
+    NetworkPolicy(LAYERS, Metadata(tasks=(task.name,)), mine)
+    others = tuple(other.name for other in (APPROACH, PUSH, TRANSPORT) if other is not task)
+    with pytest.raises(ValueError, match="not for 'mine'"):
+        NetworkPolicy(LAYERS, Metadata(tasks=others), mine)
