@@ -2,13 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import inspect
-import linecache
-import pickle
-import sys
-import uuid
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,6 +10,7 @@ from typing import Any
 from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.registry import load
+from baselines.evaluate.code_identity import fingerprint, identify, is_own
 from baselines.learned import policy_file, shipped
 from baselines.learned.sb3_policy import Sb3Policy
 from baselines.policy import POLICIES, MakePolicy, Policy
@@ -64,8 +58,7 @@ class PolicySource:
 
         A class is covered by the file in which it is written, not by what that imports.
         """
-        contents = "" if self.file is None else _digest(self.file.read_bytes())
-        return " with ".join(filter(None, (contents, self.identity)))
+        return fingerprint(self.file, self.identity)
 
 
 def is_file(word: str) -> bool:
@@ -106,7 +99,7 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
 
 def _registered(name: str) -> PolicySource:
     factory = POLICIES[name]
-    if factory.__module__.partition(".")[0] != "baselines":
+    if is_own(factory):
         return _written(name, factory)
     return PolicySource(name, factory, None, shipped.fingerprint() if name == "learned" else name)
 
@@ -131,37 +124,4 @@ def _written(word: str, factory: Any) -> PolicySource:
     """Returns the source of a class or function of somebody's own."""
     if not callable(factory):
         raise ValueError(f"{word} is not a policy: it is neither a class nor a function")
-    function, bound = factory, [cell.cell_contents for cell in _closure(factory)]
-    if isinstance(factory, partial):
-        function, bound = factory.func, [factory.args, factory.keywords]
-    file = getattr(sys.modules.get(function.__module__), "__file__", None)
-    text = "" if file else _notebook_cell(function)
-    identity = _identity(function, text, bound) if file or text else uuid.uuid4().hex
-    return PolicySource(word, factory, Path(file) if file else None, identity)
-
-
-def _identity(function: Any, text: str, bound: Sequence[Any]) -> str:
-    """Returns what tells a class or function from others of its file, with the values bound to it.
-
-    Where these cannot be compared it is a new one every time: nothing is taken for the same.
-    """
-    name = getattr(function, "__qualname__", type(function).__qualname__)
-    try:
-        return f"{name} {_digest(text.encode() + pickle.dumps(bound))}" if text or bound else name
-    except (pickle.PickleError, TypeError, AttributeError):
-        return uuid.uuid4().hex
-
-
-def _closure(function: Any) -> Sequence[Any]:
-    return getattr(function, "__closure__", None) or ()
-
-
-def _notebook_cell(function: Any) -> str:
-    """Returns the text of the cell in which a class or function is written, "" if unknown."""
-    parts = vars(function).values() if inspect.isclass(function) else [function]
-    names = [part.__code__.co_filename for part in parts if inspect.isfunction(part)]
-    return "".join(linecache.getlines(names[0])) if names else ""
-
-
-def _digest(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()[:16]
+    return PolicySource(word, factory, *identify(factory))

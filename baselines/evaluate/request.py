@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from baselines.evaluate.code_identity import fingerprint, identify, own_functions
 from baselines.evaluate.conditions import Suite
 from baselines.evaluate.named_policies import NamedPolicy, check_fit
 from baselines.evaluate.report import document
@@ -75,12 +76,15 @@ class Request:
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
         """What made the episodes, besides the policies."""
+        records = [(c.params.definition, c.params.observation) for c in self.suite.conditions]
+        own = {fingerprint(*identify(function)) for function in own_functions(records)}
         return {
             "suite": self.suite.name,
             "task": self.suite.task,
             "set of episodes": self.suite.digest(),
             "state of the code": provenance.code(),
             "set of libraries": provenance.versions(LIBRARIES),
+            **({"definition of the task or the observation": sorted(own)} if own else {}),
         }
 
 
