@@ -1,5 +1,8 @@
 """Settings of all tests, and what several of their modules share."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 from hypothesis import settings
 
@@ -13,3 +16,49 @@ def report(tmp_path_factory):
     import invented  # needs the extra [eval]
 
     return invented.report(tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture
+def no_report(monkeypatch):
+    """Drawing takes longer than a few episodes; ``test_report`` looks at reports."""
+    monkeypatch.setattr("baselines.evaluate.report.document.write", lambda *arguments: [])
+
+
+@pytest.fixture
+def own_modules(monkeypatch):
+    """Modules beside the tests can be imported, here and in workers."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+
+
+@pytest.fixture(scope="session")
+def policy_files(tmp_path_factory):
+    """Policies in files, as they come from training, but untrained."""
+    from helpers import SEEN
+    from stable_baselines3 import PPO
+
+    from asv_env.envs.sb3 import BoatVecEnv
+    from baselines.learned import policy_file
+    from baselines.learned.metadata import Metadata, Phase
+
+    folder = tmp_path_factory.mktemp("policies")
+    for seed in (0, 1):
+        rng = np.random.default_rng(seed)
+        layers = [(rng.normal(size=(n, m)), rng.normal(size=m)) for n, m in [(SEEN, 32), (32, 2)]]
+        policy_file.save(folder / f"net{seed}.npz", [Phase(layers, Metadata(action_repeat=2))], {})
+    PPO("MlpPolicy", BoatVecEnv("push", num_envs=1), device="cpu").save(folder / "model.zip")
+    return folder
+
+
+@pytest.fixture
+def network_file(policy_files):
+    return policy_files / "net0.npz"
+
+
+@pytest.fixture
+def other_network_file(policy_files):
+    return policy_files / "net1.npz"
+
+
+@pytest.fixture
+def sb3_file(policy_files):
+    return policy_files / "model.zip"

@@ -67,7 +67,7 @@ class Comparison:
 
         Args:
             chart: "overview" of all conditions, or of one condition "profile", "times",
-                "failures", "clouds" or "goals".
+                "failures", "errors" or "goals".
             condition: its name; the first by default.
 
         Raises:

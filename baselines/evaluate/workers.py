@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 import traceback
@@ -18,6 +19,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
+
+import cloudpickle
 
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.policy_sources import PolicySource
@@ -98,7 +101,7 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, PoseLog]]:
                     yield message
                 elif todo:
                     with _alive(pool[connection]):
-                        connection.send(todo.pop())
+                        connection.send_bytes(cloudpickle.dumps(todo.pop()))
                 else:
                     del pool[connection]
                     connection.close()
@@ -166,7 +169,7 @@ def _work(connection: Connection) -> None:
     while True:
         try:
             connection.send(None)
-            job = connection.recv()
+            job = pickle.loads(connection.recv_bytes())
         except (EOFError, OSError):
             return  # Nothing is left to do, or nobody to do it for.
         try:
