@@ -1,7 +1,5 @@
 """``python -m asv_env``: installed versions, environments and names, or a picture of one."""
 
-from __future__ import annotations
-
 import platform
 import sys
 from collections.abc import Sequence

@@ -34,20 +34,15 @@ def is_finite(value: Any) -> bool:
         return False
 
 
-def check_number(owner: object, name: str, low: float, high: float = math.inf) -> None:
-    """Refuses a field that is not a finite number from ``low`` to ``high``."""
-    value = getattr(owner, name)
-    if not (is_finite(value) and low <= value <= high):
-        raise ValueError(
-            f"{type(owner).__name__}.{name} = {value!r}: must be a finite number in "
-            f"[{low:g}, {high:g}]"
-        )
-
-
 def check_numbers(owner: object, names: str, low: float, high: float = math.inf) -> None:
-    """Applies ``check_number`` to several fields, whose names are separated by spaces."""
+    """Refuses fields, named with spaces between, that are not finite numbers in [low, high]."""
     for name in names.split():
-        check_number(owner, name, low, high)
+        value = getattr(owner, name)
+        if not (is_finite(value) and low <= value <= high):
+            raise ValueError(
+                f"{type(owner).__name__}.{name} = {value!r}: must be a finite number in "
+                f"[{low:g}, {high:g}]"
+            )
 
 
 def check_pair(owner: object, name: str, low: float, what: str, ordered: bool = False) -> None:

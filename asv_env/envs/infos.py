@@ -1,7 +1,5 @@
 """Info dictionaries: reward terms and metrics in the shapes that each API expects."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

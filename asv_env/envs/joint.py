@@ -1,7 +1,5 @@
 """Adapter: a Gymnasium Env in which one agent drives all boats of one world."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import gymnasium
@@ -25,7 +23,7 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
     episode also holds its metrics, see ``metrics.summary``.
 
     Args:
-        task: Name of a task, "module:NAME", or a ``Task``.
+        task: name of a task, "module:NAME", or a ``Task``.
         num_boats: A, 2 to 100; None takes the preset's.
         scenario: name of the disturbances, see ``presets.SCENARIOS``.
         render_mode: None, "rgb_array" or "human".

@@ -1,7 +1,5 @@
 """Adapter: a PettingZoo ParallelEnv in which every boat is an agent."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Mapping
 from typing import Any
@@ -32,10 +30,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     episode also holds its metrics, see ``metrics.summary``.
 
     Args:
-        task: Name of a task, "module:NAME", or a ``Task``.
-        num_boats: A, 2 to 100; None takes the preset's.
-        render_mode: None, "rgb_array" or "human".
-        scenario: name of the disturbances, see ``presets.SCENARIOS``.
+        task, num_boats, render_mode, scenario: as of ``JointEnv``.
         initial_states: distribution of the initial states, see ``Simulation``.
         **options: see ``presets.make_params``.
 
@@ -43,10 +38,6 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         possible_agents: all agents.
         agents: the agents of the running episode.
         state_space: space of ``state()``, (S,) float32.
-
-    Raises:
-        ValueError: an unknown name or a value out of range.
-        TypeError: an option of the wrong type.
     """
 
     metadata: dict[str, Any] = {
@@ -91,19 +82,10 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], Infos]:
-        """Begins an episode.
-
-        Args:
-            seed: seed of the world; None continues its Generator.
-            options: ``{"goal": [x m, y m, heading rad]}`` sets the goal of this episode; other
-                keys are ignored with a warning.
+        """Begins an episode; see ``JointEnv.reset``.
 
         Returns:
             Observations (K,) and empty infos, by agent.
-
-        Raises:
-            ValueError: a bad seed or goal, or the environment is closed.
-            TypeError: options that are not a mapping.
         """
         observation = self._begin(seed, goal_option(options))
         self.agents = self.possible_agents[:]
@@ -179,13 +161,4 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         return f"{hint} The agents are {first!r} to {last!r}."
 
 
-def parallel_env(
-    task: str | Task = "transport",
-    num_boats: int | None = None,
-    render_mode: str | None = None,
-    scenario: str | Overrides = "nominal",
-    initial_states: InitialStates | None = None,
-    **options: Any,
-) -> AsvParallelEnv:
-    """Returns a PettingZoo environment whose agents are the boats; see ``AsvParallelEnv``."""
-    return AsvParallelEnv(task, num_boats, render_mode, scenario, initial_states, **options)
+parallel_env = AsvParallelEnv

@@ -1,7 +1,5 @@
 """Adapter: a stable-baselines3 VecEnv with one row a boat, for policies that all boats share."""
 
-from __future__ import annotations
-
 import time
 from typing import Any
 
@@ -13,7 +11,6 @@ from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
 from asv_env.envs.infos import summaries
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
-from asv_env.sensing.observation import bounds, features
 from asv_env.simulation import WORLDS_PER_SPACE
 from asv_env.tasks import InitialStates, Task
 from asv_env.types import Action, Bool, Observation, rows
@@ -49,10 +46,8 @@ class BoatVecEnv(Adapter, VecEnv):
     ``evaluate_policy`` counts episodes in rows too: multiply ``n_eval_episodes`` by the boats.
 
     Args:
-        task: Name of a task, "module:NAME", or a ``Task``.
+        task, num_boats, scenario: as of ``JointEnv``.
         num_envs: W, the number of worlds.
-        num_boats: A, 2 to 100; None takes the preset's.
-        scenario: name of the disturbances, see ``presets.SCENARIOS``.
         render_mode: None, "rgb_array" or "human", which shows world 0.
         stagger: whether the first episode of world w after a reset is shortened to the fraction
             (w + 1) / W of the time limit, so that not all worlds truncate in the same step.
@@ -64,10 +59,6 @@ class BoatVecEnv(Adapter, VecEnv):
     Attributes:
         num_envs: rows, W A.
         num_worlds: W.
-
-    Raises:
-        ValueError: an unknown name or a value out of range.
-        TypeError: an option of the wrong type.
     """
 
     def __init__(
@@ -93,7 +84,7 @@ class BoatVecEnv(Adapter, VecEnv):
         self._began = time.time()
         observation_space: gymnasium.Space[Any]
         observation_space, action_space = boat_spaces(params)
-        self._features = bounds(features(params)).size
+        self._shape = (num_envs, self._team, *observation_space.shape)
         if with_state:
             bound = global_state_bound(self._team)
             observation_space = Dict({"obs": observation_space, "state": Box(-bound, bound)})
@@ -112,7 +103,7 @@ class BoatVecEnv(Adapter, VecEnv):
         self._require("reset", Stage.NEW, Stage.RUNNING)
         seeds = self._seeds[:: self._team]
         goals = [_hashable(goal_option(options)) for options in self._options[:: self._team]]
-        observation = np.zeros((self.num_worlds, self._team, self._features), dtype=np.float32)
+        observation = np.zeros(self._shape, dtype=np.float32)
         for goal in dict.fromkeys(goals):
             mask = np.array([other == goal for other in goals])
             chosen = [seeds[world] for world in np.flatnonzero(mask)]
@@ -210,21 +201,13 @@ class BoatVecEnv(Adapter, VecEnv):
         setattr(self, attr_name, value)
 
     def env_method(
-        self,
-        method_name: str,
-        *method_args: Any,
-        indices: VecEnvIndices = None,
-        **method_kwargs: Any,
+        self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any
     ) -> list[Any]:
         """Calls a method of the environment once; returns its result for each row."""
-        result = getattr(self, method_name)(*method_args, **method_kwargs)
+        result = getattr(self, method_name)(*args, **kwargs)
         return [result for _ in self._get_indices(indices)]
 
-    def env_is_wrapped(
-        self,
-        wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
-        indices: VecEnvIndices = None,
-    ) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
         """Returns for each row whether it is wrapped: as if by a Monitor, whose work it does."""
         return [issubclass(Monitor, wrapper_class) for _ in self._get_indices(indices)]
 

@@ -1,7 +1,5 @@
 """Adapter: a Gymnasium VectorEnv, many worlds, one agent for all boats of each."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -34,9 +32,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
 
     Args:
         num_envs: W.
-        task: Name of a task, "module:NAME", or a ``Task``.
-        num_boats: A, 2 to 100; None takes the preset's.
-        scenario: name of the disturbances, see ``presets.SCENARIOS``.
+        task, num_boats, scenario: as of ``JointEnv``.
         render_mode: None, "rgb_array" or "human", which shows world 0.
         autoreset_mode: an ``AutoresetMode`` or its value. With NEXT_STEP the step after the end
             of an episode ignores the world's action and begins the next one, with reward 0;
@@ -44,10 +40,6 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             ``infos["final_info"]``; with DISABLED use ``reset(options={"reset_mask": ...})``.
         worlds_per_space: see ``Simulation``; with 1 results do not depend on the batch.
         **options: see ``presets.make_params``.
-
-    Raises:
-        ValueError: an unknown name or a value out of range.
-        TypeError: an option of the wrong type.
     """
 
     metadata: dict[str, Any] = {**Adapter.metadata, "autoreset_mode": AutoresetMode.NEXT_STEP}

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from asv_env import geometry
-from asv_env.checks import TINY, check_number, check_numbers, check_pair
+from asv_env.checks import TINY, check_numbers, check_pair
 
 NOMINAL_LENGTH = 0.40
 """Length of the nominal vessel, m."""
@@ -43,7 +43,7 @@ class HullParams:
         check_numbers(self, "length width mass", TINY)
         check_numbers(self, "added_mass added_inertia", 0.0)
         if self.inertia is not None:
-            check_number(self, "inertia", TINY)
+            check_numbers(self, "inertia", TINY)
         for name in ("surge", "sway", "yaw"):
             check_pair(self, name, 0.0, "(linear, quadratic) drag")
 
@@ -113,9 +113,9 @@ class BoatParams(HullParams):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_number(self, "bow", TINY, min(self.width, self.length))
+        check_numbers(self, "bow", TINY, min(self.width, self.length))
         check_numbers(self, "thrust lever_arm lag", TINY)
-        check_number(self, "astern", 0.0, 1.0)
+        check_numbers(self, "astern", 0.0, 1.0)
 
     @property
     def outline(self) -> list[tuple[float, float]]:
@@ -157,7 +157,7 @@ class VesselParams(HullParams):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_number(self, "fins", 0.0)
+        check_numbers(self, "fins", 0.0)
 
     def stretched(self, length: float) -> Self:
         """Returns the vessel at another length, with the same width, draft and fins.

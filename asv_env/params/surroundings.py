@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from asv_env.checks import TINY, check_interval, check_number, check_numbers, check_whole, choice
+from asv_env.checks import TINY, check_interval, check_numbers, check_whole, choice
 
 CURRENTS = ("still", "uniform", "gyre", "double_gyre")
 
@@ -39,10 +39,10 @@ class WaterParams:
         choice("drag", self.drag, ("quadratic", "linear"))
         choice("current", self.current, CURRENTS)
         check_numbers(self, "linear_speed linear_yaw_rate current_speed contact_friction", 0.0)
-        check_number(self, "current_heading", -math.inf)
-        check_number(self, "gyre_size", TINY)
+        check_numbers(self, "current_heading", -math.inf)
+        check_numbers(self, "gyre_size", TINY)
         if self.walls is not None:
-            check_number(self, "walls", TINY)
+            check_numbers(self, "walls", TINY)
 
 
 @dataclass(frozen=True)

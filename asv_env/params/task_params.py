@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 from asv_env import geometry
-from asv_env.checks import TINY, check_interval, check_number, check_numbers, choice
+from asv_env.checks import TINY, check_interval, check_numbers, choice
 
 SIDES = ("+n", "-n", "goal")
 GOAL_ANCHORS = ("world", "closure")
@@ -65,14 +65,14 @@ class TaskParams:
         check_interval(self, "goal_distance", 0.0)
         check_interval(self, "start_distance", TINY)
         check_numbers(self, "nearing_tolerance hold_time end_gap", 0.0)
-        check_number(self, "start_spacing", 1.0)
+        check_numbers(self, "start_spacing", 1.0)
         check_numbers(
             self,
             "arena position_tolerance speed_tolerance yaw_rate_tolerance slot_distance slot_speed",
             TINY,
         )
         check_numbers(self, "heading_tolerance slot_angle", TINY, math.pi)
-        check_number(self, "time_limit", TINY)
+        check_numbers(self, "time_limit", TINY)
         if self.goal is not None:
             object.__setattr__(self, "goal", self.checked_goal(self.goal))
 
@@ -142,5 +142,5 @@ class RewardParams:
 
     def __post_init__(self) -> None:
         for f in fields(self):
-            check_number(self, f.name, 0.0)
-        check_number(self, "accuracy", 0.0, 1.0)
+            check_numbers(self, f.name, 0.0)
+        check_numbers(self, "accuracy", 0.0, 1.0)

@@ -8,8 +8,6 @@ round it. The gains follow from the lag T of the thrusters: a proportional loop 
 Demands are the mean thrust of both motors and half their difference, see ``thrusters.MIX``.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.params import BoatParams

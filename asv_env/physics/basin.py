@@ -5,8 +5,6 @@ World 0 of every Space lies at the origin. Bodies are made once and then placed,
 ``pymunk.batch`` reads them in the order in which they were added.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

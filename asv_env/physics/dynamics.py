@@ -1,7 +1,5 @@
 """The motion of all hulls under motors, water and contact: the physics of a control step."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.geometry import plane

@@ -1,7 +1,5 @@
 """Differential drive: two motors, their limits and lag, and the wrench that they make."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.params import BoatParams

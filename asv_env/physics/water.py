@@ -11,8 +11,6 @@ l = dt linear / m, makes the decay of the speed exact for linear and quadratic d
 terminal speed under a constant force is exact for any dt.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What does not move in a picture: grid, streamlines of the current, walls."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -9,8 +7,9 @@ import numpy as np
 from asv_env.params import WaterParams
 from asv_env.physics import water
 from asv_env.render.camera import Camera
+from asv_env.render.canvas import Canvas
 from asv_env.render.colours import FLOW, GRID, LAND, QUAY, WATER, mix
-from asv_env.render.layout import Canvas, Layout
+from asv_env.render.layout import Layout
 from asv_env.types import Complex, Float
 
 FLOW_SPACING = 56.0

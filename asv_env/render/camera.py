@@ -1,12 +1,11 @@
-"""What part of the world a picture shows, where its points lie, and where bodies have been.
+"""The part of the world that a picture shows, and the trails of the bodies in it.
 
 Points are complex numbers x + iy in m, pixels floats (column, row) from the top left corner.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -18,9 +17,9 @@ Box = tuple[complex, complex]
 """Lower left and upper right corner, m."""
 
 ROOM = 0.4
-"""What is free round the bodies when an episode begins, vessel lengths."""
+"""Clearance round the bodies when an episode begins, vessel lengths."""
 MARGIN = 0.15
-"""What is kept free round them when they wander out, vessel lengths."""
+"""Clearance round bodies that leave the view, vessel lengths."""
 NARROWEST = 2.0
 """Half the width of the closest view, vessel lengths."""
 WIDEST_WALLS = 5.0
@@ -32,9 +31,9 @@ class Camera:
     """A view from straight above, +x to the right and +y up.
 
     Attributes:
-        centre: the point of the world that is seen in the middle, m.
+        centre: point of the world in the middle of the view, m.
         scale: pixels per metre.
-        middle: where in the frame that point is, column + i row, px.
+        middle: position of that point in the frame, column + i row, px.
     """
 
     centre: complex
@@ -42,28 +41,27 @@ class Camera:
     middle: complex
 
     @classmethod
-    def covering(cls, box: Box, left: float, top: float, width: float, height: float) -> Camera:
-        """The camera that shows a whole box of the world in a rectangle of the frame, px."""
+    def covering(cls, box: Box, left: float, top: float, width: float, height: float) -> Self:
+        """Returns the camera that shows a box of the world in a rectangle of the frame, px."""
         span = box[1] - box[0]
         scale = min(width / span.real, height / span.imag)
         return cls((box[0] + box[1]) / 2, scale, complex(left + width / 2, top + height / 2))
 
     def pixels(self, points: Complex) -> Float:
-        """Pixels (..., 2) of points (...) of the world."""
-        seen = ((points - self.centre) * self.scale).conj() + self.middle
-        return xy(seen)
+        """Returns the pixels (..., 2) of points (...) of the world."""
+        return xy(((points - self.centre) * self.scale).conj() + self.middle)
 
     def points(self, pixels: Float) -> Complex:
-        """Points (...) of the world behind pixels (..., 2)."""
-        seen = pixels[..., 0] + 1j * pixels[..., 1] - self.middle
-        return seen.conj() / self.scale + self.centre
+        """Returns the points (...) of the world at pixels (..., 2)."""
+        offset = pixels[..., 0] + 1j * pixels[..., 1] - self.middle
+        return offset.conj() / self.scale + self.centre
 
 
 def first_box(params: EnvParams, motion: Float, goal: Float | None) -> Box:
-    """The square that an episode begins with: bodies and goal, and room round them.
+    """Returns the square that an episode begins with: bodies, goal, walls nearby, clearance.
 
     Args:
-        params: the environment's; walls that are near are taken in.
+        params: parameters of the environment.
         motion: (B, 6) of one world.
         goal: (3,) pose, or None where it does not matter.
     """
@@ -72,15 +70,15 @@ def first_box(params: EnvParams, motion: Float, goal: Float | None) -> Box:
     walls = params.water.walls
     if walls is not None and walls <= WIDEST_WALLS * length:
         corner = (walls + MARGIN * length) * (1 + 1j)
-        low, high = _union((low, high), (-corner, corner))
+        low, high = _around(low, high, -corner, corner)
     half = max((high - low).real / 2, (high - low).imag / 2, NARROWEST * length) * (1 + 1j)
     middle = (low + high) / 2
     return middle - half, middle + half
 
 
 def next_box(box: Box, params: EnvParams, motion: Float, goal: Float | None) -> Box:
-    """The same box, widened if a body of ``motion`` (B, 6) or the goal (3,) leaves it."""
-    return _union(box, _bounds(params, motion, goal, MARGIN * params.vessel.length))
+    """Returns the box, widened if a body of ``motion`` (B, 6) or the goal (3,) leaves it."""
+    return _around(*box, *_bounds(params, motion, goal, MARGIN * params.vessel.length))
 
 
 def _bounds(params: EnvParams, motion: Float, goal: Float | None, margin: float) -> Box:
@@ -91,30 +89,25 @@ def _bounds(params: EnvParams, motion: Float, goal: Float | None, margin: float)
         centres = np.append(centres, goal[0] + 1j * goal[1])
         radii = np.append(radii, radii[0])
     reach = (radii + margin) * (1 + 1j)
-    low, high = centres - reach, centres + reach
-    return (
-        complex(low.real.min(), low.imag.min()),
-        complex(high.real.max(), high.imag.max()),
-    )
+    return _around(*(centres - reach), *(centres + reach))
 
 
 def _radius(hull: HullParams) -> float:
     return math.hypot(hull.length, hull.width) / 2
 
 
-def _union(one: Box, other: Box) -> Box:
-    return (
-        complex(min(one[0].real, other[0].real), min(one[0].imag, other[0].imag)),
-        complex(max(one[1].real, other[1].real), max(one[1].imag, other[1].imag)),
-    )
+def _around(*points: complex) -> Box:
+    """Returns the smallest box that contains points."""
+    x, y = [point.real for point in points], [point.imag for point in points]
+    return complex(min(x), min(y)), complex(max(x), max(y))
 
 
 class Trail:
-    """Where the bodies have been in an episode, thinned so that it stays quick to draw.
+    """Past positions of the bodies in an episode, thinned so that they stay quick to draw.
 
     Args:
         bodies: B.
-        spacing: m that some body has to move before a new point is kept.
+        spacing: distance that some body has to move before a new point is kept, m.
         limit: number of points at which every other one is dropped.
     """
 
@@ -135,7 +128,7 @@ class Trail:
         return self._points[: self._count]
 
     def record(self, tick: int, position: Complex) -> None:
-        """Takes note of the positions (B,) at a control tick."""
+        """Keeps the positions (B,) at a control tick."""
         if self._count and np.abs(position - self.points[-1]).max() < self._spacing:
             return
         if self._count == len(self._ticks):

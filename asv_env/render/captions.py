@@ -1,14 +1,13 @@
 """The captions of a picture: scale and current below the water, the episode's progress above."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.geometry import plane, wrap
 from asv_env.params import EnvParams
 from asv_env.render.backdrop import FLOW_LENGTH, paint_streamline
+from asv_env.render.canvas import Canvas
 from asv_env.render.colours import DIM, GOOD, HEADER, INK
-from asv_env.render.layout import Canvas, Layout, round_number
+from asv_env.render.layout import Layout, round_number
 from asv_env.render.outlines import placed
 from asv_env.types import State
 

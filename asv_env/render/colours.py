@@ -1,7 +1,5 @@
 """The colours of pictures, as red, green and blue from 0 to 255."""
 
-from __future__ import annotations
-
 Colour = tuple[int, int, int]
 
 WATER_TOP, WATER_BOTTOM = (25, 92, 122), (13, 60, 92)

@@ -1,25 +1,11 @@
 """The hulls in a picture: the vessel with its fins and heading, the boats with their wash."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from asv_env.render.colours import (
-    DECK,
-    EDGE,
-    FAILED,
-    FIN,
-    KEEL,
-    MARK,
-    SEAM,
-    SHADOW,
-    WATER,
-    WHITE,
-    Colour,
-    boat_colour,
-    mix,
-)
-from asv_env.render.layout import Canvas, Layout
+from asv_env.render import colours
+from asv_env.render.canvas import Canvas
+from asv_env.render.colours import WATER, WHITE, Colour, boat_colour, mix
+from asv_env.render.layout import Layout
 from asv_env.render.outlines import bow, inset
 from asv_env.types import Float, State
 
@@ -30,15 +16,15 @@ def paint_vessel(canvas: Canvas, layout: Layout, pose: Float) -> None:
     margin = min(max(0.004, 1.2 * unit / scale), vessel.width / 6)
     hull = layout.pixels(layout.vessel, pose)
     _cast_shadow(canvas, layout, hull)
-    canvas.fill(hull, KEEL)
-    canvas.fill(layout.pixels(inset(layout.vessel, margin), pose), DECK)
+    canvas.fill(hull, colours.KEEL)
+    canvas.fill(layout.pixels(inset(layout.vessel, margin), pose), colours.DECK)
     if vessel.width * scale > 10 * unit:
         for across in (-1 / 6, 1 / 6):
             reach = np.array([-0.48, 0.48]) * vessel.length
             seam = reach + across * vessel.width * np.array([1j, 1j])
-            canvas.lines(layout.pixels(seam, pose), 1.1 * unit, SEAM)
+            canvas.lines(layout.pixels(seam, pose), 1.1 * unit, colours.SEAM)
         _paint_fins(canvas, layout, pose)
-    paint_chevron(canvas, layout, pose, KEEL)
+    paint_chevron(canvas, layout, pose, colours.KEEL)
 
 
 def paint_chevron(canvas: Canvas, layout: Layout, pose: Float, colour: Colour) -> None:
@@ -47,7 +33,7 @@ def paint_chevron(canvas: Canvas, layout: Layout, pose: Float, colour: Colour) -
     smallest = 3.5 * layout.unit / layout.camera.scale
     if size < smallest:
         size, ahead = 1.4 * smallest, layout.params.vessel.length / 2 + 2.5 * smallest
-        colour = mix(colour, DECK, 0.8)
+        colour = mix(colour, colours.DECK, 0.8)
     arrow = size * np.array([0.9, -0.5 + 0.8j, -0.15, -0.5 - 0.8j]) + ahead
     canvas.fill(layout.pixels(arrow, pose), colour)
 
@@ -59,13 +45,13 @@ def _paint_fins(canvas: Canvas, layout: Layout, pose: Float) -> None:
         root = end * (length / 2 - 0.16 * width)
         for plate in (0.42j, 0.1 + 0j):
             ends = layout.pixels(root + np.array([-plate, plate]) * width, pose)
-            canvas.lines(ends, 0.06 * width * layout.camera.scale, FIN)
+            canvas.lines(ends, 0.06 * width * layout.camera.scale, colours.FIN)
 
 
 def _cast_shadow(canvas: Canvas, layout: Layout, hull: Float) -> None:
     """Paints the shadow of a hull (n, 2) px."""
     depth = min(2.4 * layout.unit, 0.2 * layout.params.boat.width * layout.camera.scale)
-    canvas.fill(hull + np.array([1.0, 1.5]) * depth, SHADOW)
+    canvas.fill(hull + np.array([1.0, 1.5]) * depth, colours.SHADOW)
 
 
 def paint_boats(canvas: Canvas, layout: Layout, state: State) -> None:
@@ -80,9 +66,9 @@ def paint_boats(canvas: Canvas, layout: Layout, state: State) -> None:
     for boat, works in enumerate(state.working):
         _paint_wash(canvas, layout, state.thrust[boat], poses[boat])
         if layout.detailed:
-            canvas.fill(outlines[boat], EDGE)
-        canvas.fill(hulls[boat], boat_colour(boat) if works else FAILED)
-        canvas.fill(bows[boat], WHITE if works else mix(FAILED, WHITE, 0.5))
+            canvas.fill(outlines[boat], colours.EDGE)
+        canvas.fill(hulls[boat], boat_colour(boat) if works else colours.FAILED)
+        canvas.fill(bows[boat], WHITE if works else mix(colours.FAILED, WHITE, 0.5))
         if not works:
             _paint_cross(canvas, layout, poses[boat])
 
@@ -104,4 +90,4 @@ def _paint_cross(canvas: Canvas, layout: Layout, pose: Float) -> None:
     middle = layout.boat.real.min() + 0.42 * np.ptp(layout.boat.real)
     for diagonal in (1 + 1j, 1 - 1j):
         ends = layout.pixels(middle + reach * np.array([-diagonal, diagonal]), pose)
-        canvas.lines(ends, 0.4 * reach * layout.camera.scale, MARK)
+        canvas.lines(ends, 0.4 * reach * layout.camera.scale, colours.MARK)

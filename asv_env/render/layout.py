@@ -1,15 +1,11 @@
 """The layout of a frame: which pixels a world, its bodies and the captions take."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 from asv_env.params import EnvParams
 from asv_env.render.camera import Camera
-from asv_env.render.colours import Colour
 from asv_env.render.outlines import placed, vertices
 from asv_env.types import Complex, Float
 
@@ -17,19 +13,6 @@ DESIGN = 800.0
 """Side of the frame for which widths of lines and sizes of text are given, px."""
 SMALLEST_BOAT = 9.0
 """Length below which boats are drawn enlarged, px."""
-
-
-class Canvas(Protocol):
-    """A surface to paint on. Points are (n, 2) pixels of the frame, widths px."""
-
-    def fill(self, points: Float, colour: Colour) -> None:
-        """Fills a polygon."""
-
-    def lines(self, points: Float, width: float, colour: Colour) -> None:
-        """Draws a line through points."""
-
-    def write(self, text: str, where: tuple[float, float], anchor: str, colour: Colour) -> float:
-        """Writes a line of text at its "midleft", "center" or "midright"; returns its width, px."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Outlines of hulls, in their own frame and in the world."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,17 +1,16 @@
 """What a picture adds to the hulls: the goal, the boats' slots, trails of past positions."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
 
 from asv_env.geometry import plane
 from asv_env.render.camera import Trail
+from asv_env.render.canvas import Canvas
 from asv_env.render.captions import at_goal
 from asv_env.render.colours import DECK, EDGE, GOOD, WATER, WHITE, boat_colour, mix
 from asv_env.render.hulls import paint_chevron
-from asv_env.render.layout import Canvas, Layout
+from asv_env.render.layout import Layout
 from asv_env.types import Float, State
 
 TRAIL_BANDS = 14

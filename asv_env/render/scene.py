@@ -1,12 +1,11 @@
 """The order in which a picture of one world is painted, from the water up to the captions."""
 
-from __future__ import annotations
-
 from asv_env.render.backdrop import paint_backdrop
 from asv_env.render.camera import Trail
+from asv_env.render.canvas import Canvas
 from asv_env.render.captions import paint_header, paint_legend
 from asv_env.render.hulls import paint_boats, paint_vessel
-from asv_env.render.layout import Canvas, Layout
+from asv_env.render.layout import Layout
 from asv_env.render.overlays import outline_goal, paint_goal, paint_slots, paint_trails
 from asv_env.types import State
 

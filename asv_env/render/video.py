@@ -1,8 +1,5 @@
-"""Frames to a GIF or an MP4 file."""
+"""Writes frames to a GIF or an MP4 file."""
 
-from __future__ import annotations
-
-import importlib
 import math
 import os
 from collections.abc import Iterable, Sequence
@@ -15,16 +12,16 @@ from asv_env.types import Frame
 
 SUFFIXES = (".gif", ".mp4")
 FASTEST_GIF = 50
-"""Frames per second that viewers still honour in a GIF."""
+"""Most frames per second that viewers play of a GIF."""
 SAMPLES = 12
-"""Frames from which the palette of a GIF is made."""
+"""Number of frames from which the palette of a GIF is made."""
 RARITY = 0.5
-"""Exponent of a colour's number of pixels in its weight for the palette: 1 would spend nearly
-all colours on the water."""
+"""A colour's weight for the palette is its number of pixels to this power: with 1 nearly all
+colours would go to the water."""
 COLOURS = 255
-"""In the palette; one more stands for pixels that do not change."""
+"""Number of colours in the palette; one more stands for pixels that do not change."""
 QUALITY = 20
-"""Constant rate factor of H.264: 18 is hardly told from the original, 28 is coarse."""
+"""Constant rate factor of H.264: 18 looks like the original, 28 is coarse."""
 
 
 def save(
@@ -45,7 +42,6 @@ def save(
         ValueError: an unknown suffix, no frames, frames of a wrong type or of different
             sizes, odd sides for MP4, or a rate out of range.
         FileExistsError: the file exists and ``overwrite`` is False.
-        ImportError: the extra ``eval`` is not installed.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -78,11 +74,12 @@ def _checked(frames: Iterable[Frame]) -> list[Frame]:
 
 
 def _save_gif(frames: list[Frame], path: Path, fps: float) -> None:
-    """One palette for all frames and no dithering: what does not change costs nothing."""
-    image = _module("PIL.Image")
-    palette = _palette(image, frames)
+    """Writes one palette for all frames, without dithering: what does not change costs nothing."""
+    from PIL import Image  # an extra
+
+    palette = _palette(Image, frames)
     indexed = [
-        image.fromarray(frame).quantize(palette=palette, dither=image.Dither.NONE)
+        Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
         for frame in frames
     ]
     # Whole hundredths of a second whose sum does not drift from the true time.
@@ -100,7 +97,7 @@ def _save_gif(frames: list[Frame], path: Path, fps: float) -> None:
 
 
 def _palette(image: Any, frames: Sequence[Frame]) -> Any:
-    """An image whose palette suits all frames, also their rare colours."""
+    """Returns an image whose palette suits all frames, also their rare colours."""
     chosen = np.unique(np.linspace(0, len(frames) - 1, SAMPLES).round().astype(int))
     pixels = np.concatenate([frames[k].reshape(-1, 3) for k in chosen]).astype(np.int32)
     packed, counts = np.unique(pixels @ (1 << 16, 1 << 8, 1), return_counts=True)
@@ -114,7 +111,9 @@ def _save_mp4(frames: list[Frame], path: Path, fps: float) -> None:
     height, width = frames[0].shape[:2]
     if height % 2 or width % 2:
         raise ValueError(f"frames of {width} x {height} px: MP4 needs even sides")
-    writer = _module("imageio_ffmpeg").write_frames(
+    from imageio_ffmpeg import write_frames  # an extra
+
+    writer = write_frames(
         os.fspath(path),
         (width, height),
         pix_fmt_in="rgb24",
@@ -130,10 +129,3 @@ def _save_mp4(frames: list[Frame], path: Path, fps: float) -> None:
             writer.send(np.ascontiguousarray(frame))
     finally:
         writer.close()
-
-
-def _module(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise ImportError(f'{name} is missing: pip install "asv-env[eval]"') from error

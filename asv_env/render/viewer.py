@@ -3,8 +3,6 @@
 Nothing here needs a display except ``mode="human"``, and nothing changes the state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,10 +11,10 @@ from asv_env.checks import choice
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.render.camera import Camera, Trail, first_box, next_box
+from asv_env.render.canvas import Canvas, pygame
 from asv_env.render.colours import WATER_BOTTOM, WATER_TOP
 from asv_env.render.layout import DESIGN, Layout
 from asv_env.render.scene import paint_moving, paint_still
-from asv_env.render.sheet import Sheet, pygame
 from asv_env.render.window import Window
 from asv_env.types import Float, Frame, State, rows
 
@@ -56,7 +54,7 @@ class Viewer:
         self.size = _checked_size(size)
         text = max(12, round(21 * min(self.size) / DESIGN))
         self._band = round(1.6 * text)
-        self._water, self._still, self._sheet = (Sheet(self.size, text) for _ in range(3))
+        self._water, self._still, self._canvas = (Canvas(self.size, text) for _ in range(3))
         self._water.fill_gradient(WATER_TOP, WATER_BOTTOM)
         self._frame = pygame.Surface(self.size, 0, 32)
         self._window = Window(self.size, f"asv-env: {params.task.name}", params.clock.control)
@@ -87,9 +85,9 @@ class Viewer:
             return None
         shown = rows(state, world)
         self._follow(shown, world)
-        self._sheet.copy(self._still)
-        paint_moving(self._sheet, self._layout, shown, self._trail)
-        pygame.transform.smoothscale(self._sheet.surface, self.size, self._frame)
+        self._canvas.copy(self._still)
+        paint_moving(self._canvas, self._layout, shown, self._trail)
+        pygame.transform.smoothscale(self._canvas.surface, self.size, self._frame)
         if self.mode == "human":
             self._window.show(self._frame)
             return None

@@ -1,8 +1,6 @@
 """A window on the screen that shows frames at the control rate."""
 
-from __future__ import annotations
-
-from asv_env.render.sheet import pygame
+from asv_env.render.canvas import pygame
 
 
 class Window:

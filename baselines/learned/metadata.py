@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asv_env.checks import check_number, check_whole, choice
+from asv_env.checks import check_numbers, check_whole, choice
 from asv_env.params import ACTION_MODES
 from asv_env.sensing.observation import DEFAULT, VERSION
 from asv_env.tasks import TASKS
@@ -53,7 +53,7 @@ class Metadata:
         choice("action_mode", self.action_mode, ACTION_MODES)
         choice("activation", self.activation, ACTIVATIONS)
         check_whole(self, "action_repeat", 1)
-        check_number(self, "residual", 0.0, 1.0)
+        check_numbers(self, "residual", 0.0, 1.0)
 
     def serves(self, task: Task) -> bool:
         """Returns whether the network may be used in a task, or in one of the same kind."""

@@ -1,8 +1,7 @@
-"""A canvas of pygame's, and pygame itself, which the other modules take from here."""
-
-from __future__ import annotations
+"""A surface to paint on, and pygame, which the other modules import from here."""
 
 import os
+from typing import Self
 
 import numpy as np
 
@@ -16,11 +15,11 @@ except ImportError as error:
     raise ImportError('rendering needs pygame-ce: pip install "asv-env[eval]"') from error
 
 FINE = 2
-"""Pixels of a sheet per pixel of the frame: scaling it down smooths every edge."""
+"""Pixels of a canvas per pixel of the frame: scaling it down smooths every edge."""
 
 
-class Sheet:
-    """A ``layout.Canvas``, finer than the frame.
+class Canvas:
+    """A surface finer than the frame. Points are (n, 2) pixels of the frame, widths px.
 
     Args:
         size: (width, height) of the frame, px.
@@ -32,12 +31,12 @@ class Sheet:
         self.surface = pygame.Surface((FINE * size[0], FINE * size[1]), 0, 32)
         self._font = pygame.font.Font(None, FINE * text)
 
-    def copy(self, other: Sheet) -> None:
-        """Takes over the content of another sheet."""
+    def copy(self, other: Self) -> None:
+        """Takes over the content of another canvas."""
         self.surface.blit(other.surface, (0, 0))
 
     def fill_gradient(self, top: Colour, bottom: Colour) -> None:
-        """Fills the sheet with colours between two."""
+        """Fills the canvas with colours between two."""
         width, height = self.surface.get_size()
         for row in range(height):
             self.surface.fill(mix(top, bottom, row / (height - 1)), (0, row, width, 1))
@@ -54,7 +53,7 @@ class Sheet:
         pygame.draw.lines(self.surface, colour, False, fine.tolist(), max(1, round(FINE * width)))
 
     def write(self, text: str, where: tuple[float, float], anchor: str, colour: Colour) -> float:
-        """Writes a line of text at its anchor; returns its width, px."""
+        """Writes a text at its "midleft", "center" or "midright"; returns its width, px."""
         image = self._font.render(text, True, colour)
         box = image.get_rect()
         setattr(box, anchor, (FINE * where[0], FINE * where[1]))
