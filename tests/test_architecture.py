@@ -43,7 +43,11 @@ ROOMS = {
     f"{EVALUATE}.tables": {*RUN, EVALUATE},
     f"{EVALUATE}.report": {*RUN, EVALUATE, f"{EVALUATE}.tables"},
     f"{EVALUATE}.publish": {*RUN, EVALUATE, f"{EVALUATE}.tables", f"{EVALUATE}.report"},
-    "baselines.reproduce": {*RUN, EVALUATE, f"{EVALUATE}.report", f"{EVALUATE}.publish"},
+    "baselines.reproduce": {
+        *RUN,
+        EVALUATE,
+        *(f"{EVALUATE}.{name}" for name in ("tables", "report", "publish")),
+    },
     "train": {*RUN, EVALUATE, f"{EVALUATE}.report"},
     "train.sb3": {*RUN, "train"},
     "train.rllib": {*RUN, "train"},

@@ -316,7 +316,7 @@ def test_figure_10_marks_the_trials_with_closure_and_their_means():
 def test_table_as_text():
     product = {"rows": [{"a": "x", "b": 0.12345, "c": None}, {"a": "y", "b": 7, "c": 2.0}]}
     text = artefact.markdown({**product, "notes": ["Note."]})
-    assert text == "| a | b | c |\n| --- | --- | --- |\n| x | 0.123 | – |\n| y | 7 | 2 |\n\nNote.\n"
+    assert text == "| a | b | c |\n| :-- | --: | --: |\n| x | 0.123 | – |\n| y | 7 | 2 |\n\nNote.\n"
 
 
 def test_differences_are_paired():

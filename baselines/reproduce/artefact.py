@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from baselines.evaluate.tables.formats import NOTHING
+from baselines.evaluate.tables.table import grid
 from baselines.reproduce import style
 
 GEOMETRY = "equations alone, nothing is simulated"
@@ -120,13 +122,13 @@ def markdown(product: dict[str, Any]) -> str:
     """
     rows = product["rows"]
     heads = list(rows[0])
-    lines = [heads, ["---"] * len(heads), *([cell(row[head]) for head in heads] for row in rows)]
-    text = "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    words = [head for head in heads if any(isinstance(row[head], str) for row in rows)]
+    text = grid(heads, [[cell(value) for value in row.values()] for row in rows], words)
     return "\n\n".join([text, *product["notes"]]) + "\n"
 
 
 def cell(value: Any) -> str:
     """Returns the text of a table's cell: numbers to three digits, a dash for None."""
     if value is None:
-        return "–"
+        return NOTHING
     return f"{value:.3g}" if isinstance(value, float) else str(value)

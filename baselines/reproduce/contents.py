@@ -50,7 +50,7 @@ ARTEFACTS: dict[str, Artefact] = {
 }
 INTRODUCTION = """\
 G. Sartoretti, S. Shaw and M. A. Hsieh, *Distributed Planar Manipulation in Fluidic Environments*;
-numbers of figures are theirs. Written by `python -m baselines.reproduce`; its options, the
+figures are numbered as in the paper. Written by `python -m baselines.reproduce`; its options, the
 versions of the libraries and the fingerprint of the code are in `record.json`.
 """
 
