@@ -151,7 +151,6 @@ def test_goals_are_drawn_only_where_they_differ(report):
     assert fixed == ["profile", "times", "failures", "errors"]
 
 
-COLOURS = {"one": "#0072B2", "other": "#D55E00"}
 MISSING = np.full((1, 1), np.nan)
 
 
@@ -164,9 +163,9 @@ def test_figures_stand_few_and_many_episodes_none_or_all_done(episodes, done):
     outline = np.array([[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]])
     with svg.look():
         drawn = [
-            durations.profile({"one": np.where(success, times, np.inf)}, 60.0, COLOURS),
+            durations.profile({"one": np.where(success, times, np.inf)}, 60.0),
             durations.times(
-                {"one": np.where(success, times, np.nan), "other": MISSING}, "time", 60.0, COLOURS
+                {"one": np.where(success, times, np.nan), "other": MISSING}, "time", 60.0
             ),
             bars.failures(
                 {"one": {} if done else {"strayed": episodes}, "other": {"not settled": 1}},
@@ -178,13 +177,12 @@ def test_figures_stand_few_and_many_episodes_none_or_all_done(episodes, done):
                 {"one": success, "other": np.zeros((1, 1), dtype=bool)},
                 (5.0, 0.1),
                 ((4.88, 1.8), (-0.26, 0.44)),
-                COLOURS,
             ),
-            maps.goals(rng.normal(size=(episodes, 2)), {"one": success}, outline, 1.2, COLOURS),
-            maps.paths({"one": [rng.random((9, 2))]}, {"one": [done]}, outline, None, COLOURS),
-            bars.overview(["a"], [None], {"one": np.array([[done, 0.0, 1.0]])}, COLOURS),
+            maps.goals(rng.normal(size=(episodes, 2)), {"one": success}, outline, 1.2),
+            maps.paths({"one": [rng.random((9, 2))]}, {"one": [done]}, outline, None),
+            bars.overview(["a"], [None], {"one": np.array([[done, 0.0, 1.0]])}),
         ]
-        texts = [svg.inline(figure, f"f{k}", "about") for k, figure in enumerate(drawn)]
+        texts = [svg.draw(figure, f"f{k}").content for k, figure in enumerate(drawn)]
     for text in texts:
         Page(text)
         assert "nan" not in text
@@ -195,14 +193,14 @@ def test_causes_of_a_users_task_come_last():
     found = {"tipped over": 2, "not settled": 1, "strayed": 3}
     assert columns.in_order(found) == ["strayed", "not settled", "tipped over"]
     with svg.look():
-        drawn = svg.inline(bars.failures({"one": found}, {"one": 10}), "f", "about")
+        drawn = svg.draw(bars.failures({"one": found}, {"one": 10}), "f").content
     assert "tipped over" in drawn
 
 
 def test_labels_of_axes_are_kept_to_the_last_digit():
     with svg.look():
-        figure = durations.times({"one": np.array([[0.001]])}, "time", 0.005, COLOURS)
+        figure = durations.times({"one": np.array([[0.001]])}, "time", 0.005)
         figure.axes[0].set_xticks([0.0, 0.00125])
-        drawn = svg.inline(figure, "f", "about")
+        drawn = svg.draw(figure, "f").content
     assert ">0.00125<" in drawn
     assert not re.search(r"[ \"]\d+\.\d{3}", drawn)

@@ -27,7 +27,7 @@ from baselines.evaluate.report import rendering
 from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import summarise
-from baselines.rollout import runner
+from baselines.rollout import files, runner
 from baselines.rollout.episodes import Episode, Label
 
 PROGRAM = "python -m baselines.evaluate.publish.merge"
@@ -77,8 +77,8 @@ def add(run: Path, published: Path, checked: int) -> None:
         **summarise(results),
     }
     write_csv(published / ROWS, results)
-    (published / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    (published / REPORT).write_text(rendering.markdown(results, summary), encoding="utf-8")
+    files.write_text(published / SUMMARY, json.dumps(summary, indent=2) + "\n")
+    files.write_text(published / REPORT, rendering.markdown(results, summary))
 
 
 def _check_provenance(run: Path, new: dict[str, Any], published: Path, old: dict[str, Any]) -> None:

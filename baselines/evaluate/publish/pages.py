@@ -26,6 +26,7 @@ from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import grid
 from baselines.learned import shipped
+from baselines.rollout import files
 
 PROGRAM = "python -m baselines.evaluate.publish"
 FOLDER = Path("docs/results")
@@ -61,8 +62,8 @@ def read(folder: Path) -> list[Results]:
         FileNotFoundError: there are none.
         ValueError: rows are not those of the suite.
     """
-    files = {name: folder / name / "episodes.csv" for name in SUITES}
-    found = [of_rows(SUITES[name], read_csv(file)) for name, file in files.items() if file.exists()]
+    paths = {name: folder / name / "episodes.csv" for name in SUITES}
+    found = [of_rows(SUITES[name], read_csv(path)) for name, path in paths.items() if path.exists()]
     if not found:
         raise FileNotFoundError(f"{folder} holds no results of suites: run some with --out there")
     return found
@@ -111,16 +112,13 @@ def page(published: Sequence[Results]) -> str:
 
 def _line(results: Results, condition: Condition, policy: str) -> list[str]:
     first = results.policies[0]
-    success = results.success(condition.name, policy)
-    compared = NOTHING
-    if policy != first:
-        estimate = statistics.difference_in_success(success, results.success(condition.name, first))
-        compared = formats.points(vars(estimate))
+    success, reference = (results.success(condition.name, name) for name in (policy, first))
+    difference = statistics.difference_in_success(success, reference)
     return [
         *([condition.name, condition.about] if policy == first else ["", ""]),
         policy,
         formats.share_estimate(vars(statistics.proportion(success))),
-        compared,
+        formats.points(vars(difference)) if policy != first else NOTHING,
         _median(results.column(condition.name, policy, "min_position_error"), "cm", 100.0),
         _median(results.column(condition.name, policy, "time_to_goal"), "s"),
     ]
@@ -166,5 +164,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.check and stale:
         sys.exit(f"stale: {', '.join(map(str, stale))}: run {PROGRAM}")
     for path, text in stale.items():
-        path.write_text(text, encoding="utf-8")
+        files.write_text(path, text)
         print(f"{path}: written")

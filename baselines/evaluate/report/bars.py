@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from asv_env.types import Float
 from baselines.evaluate.report import palette, panels
-from baselines.evaluate.report.panels import FIFTHS, PERCENT, WIDE, Colours
+from baselines.evaluate.report.panels import FIFTHS, PERCENT, WIDE
 from baselines.evaluate.tables.columns import in_order
 from baselines.rollout.episodes import CAUSES
 
@@ -30,7 +30,6 @@ def overview(
     conditions: Sequence[str],
     controls: Sequence[str | None],
     shares: Mapping[str, Float],
-    colours: Colours,
 ) -> Figure:
     """Returns the success of every policy in every condition.
 
@@ -38,10 +37,10 @@ def overview(
         conditions: C names, a disturbed one after its control.
         controls: control of each condition; None for one that is a control.
         shares: by policy (C, 3): success and the bounds of its interval, 0 to 1.
-        colours: by policy.
     """
     height = STEP * len(shares) + 0.16
     figure, axes = panels.single(WIDE, 0.9 + height * len(conditions))
+    colours = palette.by_policy(shares)
     for number, (policy, share) in enumerate(shares.items()):
         rows = np.arange(len(conditions)) + (number - (len(shares) - 1) / 2) * STEP / height
         value, low, high = 100 * share.T

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,7 @@ from asv_env.params import NOMINAL_LENGTH
 from asv_env.render.outlines import outline
 from asv_env.types import Float
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.report import bars, durations, maps, palette, placement
-from baselines.evaluate.report.panels import Colours
+from baselines.evaluate.report import bars, durations, maps, placement
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import formats
 from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION
@@ -41,11 +41,6 @@ class Chart:
     wide: bool = True
 
 
-def colours(policies: Sequence[str]) -> Colours:
-    """Returns the colour of each policy, the same in all charts of a page."""
-    return {name: palette.SERIES[k % len(palette.SERIES)] for k, name in enumerate(policies)}
-
-
 def overview(results: Results, summary: Mapping[str, Any]) -> Chart:
     """Returns the chart of the success of each policy in each condition."""
     conditions = _grouped(results.suite.conditions)
@@ -62,19 +57,18 @@ def overview(results: Results, summary: Mapping[str, Any]) -> Chart:
             "upright strokes show the success of the same policy in the control."
         )
     names = [condition.name for condition in conditions]
-    figure = bars.overview(names, controls, shares, colours(results.policies))
+    figure = bars.overview(names, controls, shares)
     return Chart("overview", "Success in every condition", figure, caption)
 
 
 def _grouped(conditions: Sequence[Condition]) -> list[Condition]:
     """Returns the conditions with every disturbed one after its control."""
-    names = {condition.name for condition in conditions}
-    heads = [condition for condition in conditions if condition.control not in names]
-    return [
-        member
-        for head in heads
-        for member in (head, *(each for each in conditions if each.control == head.name))
-    ]
+    place: dict[str | None, int] = {each.name: number for number, each in enumerate(conditions)}
+
+    def key(each: Condition) -> tuple[int, bool]:
+        return place.get(each.control, place[each.name]), each.control in place
+
+    return sorted(conditions, key=key)
 
 
 def of_condition(
@@ -111,7 +105,7 @@ def _profile(results: Results, condition: Condition) -> Chart:
         "Share of the episodes that are done within a time; failures never are. Bands: 95 % "
         "intervals (Wilson's), each of one time on its own, from the first success on."
     )
-    figure = durations.profile(scores, _limit(condition), colours(results.policies))
+    figure = durations.profile(scores, _limit(condition))
     return Chart("profile", "Done within a time", figure, caption, wide=False)
 
 
@@ -124,19 +118,16 @@ def _times(results: Results, condition: Condition) -> Chart:
         "middle 50 % (thick) and 90 % (thin)."
     )
     columns = _columns(results, condition, f"time_to_{event}")
-    figure = durations.times(columns, label, _limit(condition), colours(results.policies))
+    figure = durations.times(columns, label, _limit(condition))
     return Chart("times", label.capitalize(), figure, caption, wide=False)
 
 
 def _failures(results: Results, condition: Condition) -> Chart | None:
     """Returns the chart of the causes of failure; None where no episode failed."""
     rows = {
-        policy: [row for training in results.rows[condition.name, policy] for row in training]
-        for policy in results.policies
+        policy: list(chain(*results.rows[condition.name, policy])) for policy in results.policies
     }
-    counts = {
-        policy: Counter(row.cause for row in some if row.cause) for policy, some in rows.items()
-    }
+    counts = {p: Counter(row.cause for row in some if row.cause) for p, some in rows.items()}
     if not any(counts.values()):
         return None
     caption = (
@@ -157,7 +148,6 @@ def _errors(results: Results, condition: Condition) -> Chart:
         {policy: results.success(condition.name, policy) for policy in results.policies},
         (100 * task.position_tolerance, task.heading_tolerance),
         (PAPER_POSITION, PAPER_HEADING) if paper else None,
-        colours(results.policies),
     )
     trials = (
         "Grey cross: mean and standard deviation of the paper's twelve trials with one goal in "
@@ -188,7 +178,7 @@ def _goals(results: Results, condition: Condition) -> Chart:
     if any(len(trainings) > 1 for trainings in success.values()):
         caption += " Several trainings count with their mean."
     reach = max(condition.params.task.goal_distance[1], float(np.abs(places).max()))
-    figure = maps.goals(places, success, _hull(condition), reach, colours(results.policies))
+    figure = maps.goals(places, success, _hull(condition), reach)
     return Chart("goals", "Success by place of the goal", figure, caption)
 
 
@@ -197,7 +187,7 @@ def _paths(results: Results, condition: Condition, logs: Mapping[str, Sequence[P
     done = {policy: [log.episode.success for log in some] for policy, some in logs.items()}
     pose = condition.params.task.goal
     goal = None if pose is None else _hull(condition, pose)
-    figure = maps.paths(paths, done, _hull(condition), goal, colours(results.policies))
+    figure = maps.paths(paths, done, _hull(condition), goal)
     caption = (
         "Path of the vessel's centre in the replayed episodes, dashed and with a cross at its end "
         "where the episode failed. Grey: the vessel's initial pose"

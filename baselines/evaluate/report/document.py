@@ -13,22 +13,16 @@ from typing import Any
 
 import asv_env
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.report import charts, rendering, replay, svg
+from baselines.evaluate.report import charts, palette, rendering, replay, svg
 from baselines.evaluate.report.charts import Chart
 from baselines.evaluate.report.content import content
 from baselines.evaluate.report.replay import Cast
+from baselines.evaluate.report.svg import Svg
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Store
+from baselines.rollout import files
 
 FILES = ("report.html", "report.md")
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """A chart with its SVG element."""
-
-    chart: Chart
-    svg: str
 
 
 @dataclass(frozen=True)
@@ -36,11 +30,11 @@ class Section:
     """The part of the page about one condition.
 
     Attributes:
-        drawings: its charts.
+        charts: each with its figure as SVG.
         episodes: data of those that can be replayed; see ``replay.episodes``.
     """
 
-    drawings: Sequence[Drawing]
+    charts: Sequence[tuple[Chart, Svg]]
     episodes: Mapping[str, Any]
 
 
@@ -62,23 +56,22 @@ def write(
         condition.name: _section(results, store, condition, f"condition-{number}", cast, replays)
         for number, condition in enumerate(results.suite.conditions)
     }
-    colours = charts.colours(results.policies)
     seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
     with svg.look():
-        overview = _drawing(charts.overview(results, summary), "chart")
+        overview = _drawn(charts.overview(results, summary), "chart")
     page = rendering.render(
         "page.html",
         **content(results, summary),
         version=asv_env.__version__,
-        colours=colours,
+        colours=palette.by_policy(results.policies),
         overview=overview,
         sections=sections,
         embedded=_embedded(list(map(len, seeds.values())), results.suite.episodes),
-        world=replay.world(results, cast, colours, seeds),
+        world=replay.world(results, cast, seeds),
     )
     paths = [out / name for name in FILES]
     for path, text in zip(paths, (page, rendering.markdown(results, summary)), strict=True):
-        path.write_text(text, encoding="utf-8")
+        files.write_text(path, text)
     return paths
 
 
@@ -92,15 +85,12 @@ def _section(
         for policy in results.policies
     }
     with svg.look():
-        drawings = [
-            _drawing(chart, name) for chart in charts.of_condition(results, condition, shown)
-        ]
-    return Section(drawings, replay.episodes(condition, cast, logs, seeds))
+        drawn = [_drawn(chart, name) for chart in charts.of_condition(results, condition, shown)]
+    return Section(drawn, replay.episodes(condition, cast, logs, seeds))
 
 
-def _drawing(chart: Chart, section: str) -> Drawing:
-    about = f"{chart.title}. {chart.caption}"
-    return Drawing(chart, svg.inline(chart.figure, f"{section}-{chart.name}", about))
+def _drawn(chart: Chart, section: str) -> tuple[Chart, Svg]:
+    return chart, svg.draw(chart.figure, f"{section}-{chart.name}")
 
 
 def _embedded(numbers: Sequence[int], episodes: int) -> str:

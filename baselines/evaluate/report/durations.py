@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.report import palette, panels
-from baselines.evaluate.report.panels import FEW, FIFTHS, HALF, PERCENT, Colours
+from baselines.evaluate.report.panels import FEW, FIFTHS, HALF, PERCENT
 
 HEIGHT = 3.5
 """Height of the figures, inches."""
@@ -24,16 +24,16 @@ PERCENTILES = (5, 25, 50, 75, 95)
 """Ends of the thin line and of the thick one, and the ring between them."""
 
 
-def profile(scores: Mapping[str, Float], limit: float, colours: Colours) -> Figure:
+def profile(scores: Mapping[str, Float], limit: float) -> Figure:
     """Returns the share of the episodes that are done within a time.
 
     Args:
         scores: by policy (S, E): time until the task was done, s; infinite where it never was.
         limit: time limit of an episode, s.
-        colours: by policy.
     """
     figure, axes = panels.single(HALF, HEIGHT)
     times = np.linspace(0.0, limit, POINTS)
+    colours = palette.by_policy(scores)
     for policy, trainings in scores.items():
         share, low, high = (100 * values for values in statistics.profile(trainings, times))
         colour = colours[policy]
@@ -47,16 +47,16 @@ def profile(scores: Mapping[str, Float], limit: float, colours: Colours) -> Figu
     return figure
 
 
-def times(durations: Mapping[str, Float], label: str, limit: float, colours: Colours) -> Figure:
+def times(durations: Mapping[str, Float], label: str, limit: float) -> Figure:
     """Returns the times of all episodes that have one, with the spread of the middle ones.
 
     Args:
         durations: by policy (S, E), s; NaN where an episode has none.
         label: of the axis.
         limit: time limit of an episode, s.
-        colours: by policy.
     """
     figure, axes = panels.single(HALF, HEIGHT)
+    colours = palette.by_policy(durations)
     rng = np.random.default_rng(0)  # scatters the marks of a row in height
     for row, (policy, trainings) in enumerate(durations.items()):
         present = trainings[np.isfinite(trainings)]

@@ -15,7 +15,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from asv_env.types import Bool, Float
 from baselines.evaluate.report import palette, panels
-from baselines.evaluate.report.panels import FEW, Colours
+from baselines.evaluate.report.panels import FEW
 
 SCATTERED = 250
 """Largest number of goals that are drawn as marks; more are counted in cells."""
@@ -25,9 +25,7 @@ DASHED = (0, (3, 2))
 """Style of the lines of failed episodes and of goals."""
 
 
-def goals(
-    places: Float, success: Mapping[str, Bool], hull: Float, reach: float, colours: Colours
-) -> Figure:
+def goals(places: Float, success: Mapping[str, Bool], hull: Float, reach: float) -> Figure:
     """Returns the success by position of the goal.
 
     Args:
@@ -35,9 +33,9 @@ def goals(
         success: by policy (S, E).
         hull: (n, 2) outline of the vessel at its initial pose, m.
         reach: largest distance of a goal along either axis, m.
-        colours: by policy.
     """
     figure, axes_of = panels.by_policy(list(success), 1.0)
+    colours = palette.by_policy(success)
     for policy, axes in axes_of.items():
         share = success[policy].mean(axis=0)
         if len(places) > SCATTERED:
@@ -73,7 +71,6 @@ def paths(
     success: Mapping[str, Sequence[bool]],
     hull: Float,
     goal: Float | None,
-    colours: Colours,
 ) -> Figure:
     """Returns the paths of the vessel.
 
@@ -82,9 +79,9 @@ def paths(
         success: by policy, of each episode.
         hull: (n, 2) outline of the vessel at its initial pose, m.
         goal: (n, 2) the outline at the goal, m; None where every episode has its own goal.
-        colours: by policy.
     """
     figure, axes_of = panels.by_policy(list(paths), 1.0)
+    colours = palette.by_policy(paths)
     points = [path for some in paths.values() for path in some]
     points += [hull] if goal is None else [hull, goal]
     low, high = (bound(np.concatenate(points), axis=0) for bound in (np.min, np.max))

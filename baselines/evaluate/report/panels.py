@@ -21,9 +21,6 @@ TITLE, FOOT, LEFT = 0.28, 0.5, 0.75
 GAP = 0.1
 """Space around the panels where there are several rows of them, inches."""
 
-Colours = Mapping[str, str]
-"""Colours by policy."""
-
 
 def single(width: float, height: float) -> tuple[Figure, Axes]:
     """Returns a figure of one panel; sizes in inches."""

@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 
 from asv_env.types import Bool, Float
 from baselines.evaluate.report import palette, panels
-from baselines.evaluate.report.panels import FEW, Colours
+from baselines.evaluate.report.panels import FEW
 
 INSIDE = 0.9
 """Share of all errors that lie within the axes."""
@@ -29,7 +29,6 @@ def errors(
     success: Mapping[str, Bool],
     tolerance: tuple[float, float],
     reference: tuple[Spread, Spread] | None,
-    colours: Colours,
 ) -> Figure:
     """Returns the errors of the vessel at the instant when it was nearest to its goal.
 
@@ -39,7 +38,6 @@ def errors(
         success: by policy (S, E).
         tolerance: of the task, cm and rad.
         reference: distance, cm, and heading error, rad, from elsewhere; None shows none.
-        colours: by policy.
     """
     near, turn = tolerance
     width, height = _reach(heading, turn), _reach(distance, near)
@@ -47,6 +45,7 @@ def errors(
         height = max(height, 1.05 * sum(reference[0]))
         width = max(width, 1.2 * abs(reference[1][0]))
     figure, axes_of = panels.by_policy(list(distance), 0.92)
+    colours = palette.by_policy(distance)
     for policy, axes in axes_of.items():
         _references(axes, tolerance, reference)
         x, y = heading[policy].ravel(), distance[policy].ravel()

@@ -10,13 +10,12 @@ import numpy as np
 
 from asv_env.render import colours as scene
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.report import packing
-from baselines.evaluate.report.panels import Colours
+from baselines.evaluate.report import packing, palette
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Series, Store
 from baselines.rollout.episodes import PoseLog
 
-PALETTE = (
+SHADES = (
     *("water_top", "water_bottom", "shadow", "deck", "keel", "edge", "white"),
     *("ink", "good", "failed", "mark", "quay"),
 )
@@ -101,18 +100,16 @@ def logs(
     return found
 
 
-def world(
-    results: Results, cast: Cast, colours: Colours, embedded: Mapping[str, Sequence[int]]
-) -> dict[str, Any]:
+def world(results: Results, cast: Cast, embedded: Mapping[str, Sequence[int]]) -> dict[str, Any]:
     """Returns the data that do not depend on the condition that is chosen.
 
     Args:
         results: all rows.
         cast: all that can be shown.
-        colours: by policy.
         embedded: seeds of the embedded episodes, by condition.
     """
-    palette: dict[str, Any] = {name: _css(getattr(scene, name.upper())) for name in PALETTE}
+    shades: dict[str, Any] = {name: _css(getattr(scene, name.upper())) for name in SHADES}
+    colours = palette.by_policy(results.policies)
     return {
         "players": [
             {"key": player.key, "label": player.label, "colour": colours[player.policy]}
@@ -127,7 +124,7 @@ def world(
             _stage(condition, len(embedded[condition.name]))
             for condition in results.suite.conditions
         ],
-        "palette": {**palette, "team": [_css(colour) for colour in scene.TEAM]},
+        "palette": {**shades, "team": [_css(colour) for colour in scene.TEAM]},
         "units": packing.UNITS,
     }
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import html
 import io
 import re
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib
@@ -17,8 +17,6 @@ PX_PER_INCH, PT_PER_INCH = 96, 72
 """Units of CSS and of SVG."""
 DPI = 160
 """Resolution of the parts that are kept as pixels."""
-SMALLEST = 0.63
-"""Smallest scale of a figure, so that it can be read on a phone."""
 THEME = {
     palette.BLACK: "currentColor",
     palette.GREY: "var(--muted)",
@@ -66,18 +64,31 @@ _SETTINGS: dict[str, Any] = {
 }
 
 
+@dataclass(frozen=True)
+class Svg:
+    """The content of an ``svg`` element, with the size of its view box, points."""
+
+    width: float
+    height: float
+    content: str
+
+    @property
+    def pixels(self) -> float:
+        """Its natural width, CSS pixels."""
+        return self.width / PT_PER_INCH * PX_PER_INCH
+
+
 def look() -> AbstractContextManager[None]:
     """Returns the context in which the figures of a page are made and drawn."""
     return matplotlib.rc_context(_SETTINGS)  # type: ignore[arg-type]
 
 
-def inline(figure: Figure, name: str, about: str) -> str:
-    """Returns a figure as an ``svg`` element.
+def draw(figure: Figure, name: str) -> Svg:
+    """Returns a figure as SVG.
 
     Args:
         figure: made in the context ``look``.
         name: unique in its page; letters, digits and hyphens.
-        about: description for readers who do not see it.
     """
     file = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -86,13 +97,7 @@ def inline(figure: Figure, name: str, about: str) -> str:
     for colour, theme in THEME.items():
         drawn = drawn.replace(f": {colour}", f": {theme}")
     width, height = (side * PT_PER_INCH for side in figure.get_size_inches())
-    size = width / PT_PER_INCH * PX_PER_INCH
-    return (
-        f'<svg class="chart" role="img" aria-label="{html.escape(about)}" '
-        f'viewBox="0 0 {width:g} {height:g}" '
-        f'style="max-width: {size:.0f}px; min-width: {size * SMALLEST:.0f}px">'
-        f"{_unique_ids(drawn, name)}</svg>"
-    )
+    return Svg(width, height, _unique_ids(drawn, name))
 
 
 def _plain(text: str) -> str:
