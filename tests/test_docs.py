@@ -12,8 +12,14 @@ from baselines.reproduce.page_table import updated
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-SHORTER = {"1_000_000": "512", "num_envs=64": "num_envs=4", "n_steps=128": "n_steps=16"}
-CODE = ("environment", "learning", "paper", "policies")
+SHORTER = {
+    "1_000_000": "512",
+    "episodes=20": "episodes=1",
+    "episodes=4": "episodes=1",
+    "num_envs=64": "num_envs=4",
+    "n_steps=128": "n_steps=16",
+}
+CODE = ("environment", "evaluation", "learning", "paper", "policies")
 BLOCKS = [
     pytest.param(block, id=f"{name}-{number}")
     for name in ("README.md", *(f"docs/{page}.md" for page in CODE))
