@@ -50,20 +50,26 @@ def lasting(scenario, num_boats=4, **options):
     ],
 )
 def test_teams_grasp_the_vessel(scenario, num_boats, share, median):
-    _, grasped = approach(lasting(scenario, num_boats), range(20))
+    _, grasped = approach(lasting(scenario, num_boats), range(12))
     assert np.isfinite(grasped).mean() >= share
     assert np.median(grasped) < median
 
 
-def test_boats_hold_their_slots_together():
-    simulation, grasped = approach(lasting("nominal"), range(20), 60.0)
+@pytest.fixture(scope="module")
+def minute():
+    """Simulation after a minute, and when each world was first grasped for a second, s."""
+    return approach(lasting("nominal"), range(12), 60.0)
+
+
+def test_boats_hold_their_slots_together(minute):
+    simulation, grasped = minute
     spread = simulation.summary()["closure_spread"]
     assert np.isfinite(grasped).all()
     assert np.median(spread) < 3.0
 
 
-def test_grasp_lasts_while_nobody_pushes():
-    simulation, grasped = approach(lasting("nominal"), range(20), 60.0)
+def test_grasp_lasts_while_nobody_pushes(minute):
+    simulation, grasped = minute
     assert (simulation.state.occupied_ticks > 10 * (50.0 - grasped)).mean() >= 0.9
 
 

@@ -21,6 +21,11 @@ def planner_of(params):
     return PathPlanner(params.hulls()[0], PathGains())
 
 
+@functools.cache
+def follower_of(params):
+    return PathFollower(params.hulls()[0], planner_of(params), PushGains(), Tolerances())
+
+
 def path_of(memory):
     return ArcPath(memory.start, memory.curvature, memory.length)
 
@@ -28,8 +33,7 @@ def path_of(memory):
 def planned(params, sensed, drift):
     """Follower and memory of paths that begin where the vessels are."""
     worlds = len(sensed.side)
-    planner, memory = planner_of(params), PathMemory.empty(worlds)
-    follower = PathFollower(params.hulls()[0], planner, PushGains(), Tolerances())
+    follower, memory = follower_of(params), PathMemory.empty(worlds)
     relations = relate(sensed.measured, sensed.goal, sensed.slot, sensed.side)
     follower.plan(relations, drift, memory, np.ones(worlds, dtype=bool))
     return follower, memory

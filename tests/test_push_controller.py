@@ -28,7 +28,7 @@ def drive(params, seconds, worlds=2):
 
 @pytest.mark.parametrize("preset", ["nominal", "paper_simulation"])
 def test_boats_are_spread_but_stay_on_the_hull_and_apart(preset):
-    for team in range(2, 41):
+    for team in (2, 3, 4, 5, 8, 13, 20, 40):
         params = make_params("push", team, preset=preset)
         planner = PathPlanner(params.hulls()[0], PathGains())
         controller = PushController(params, planner, PushGains(), Tolerances())
