@@ -1,16 +1,12 @@
-"""What the faces tell a learner: ends, last observations, values; and how they refuse."""
+"""What the adapters report to a learner: ends, last observations, values of time limits."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import gymnasium
-import imageio.v3 as imageio
 import numpy as np
 import pytest
 import torch
@@ -19,7 +15,6 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.utils import obs_as_tensor
 
 import asv_env
-from asv_env.__main__ import main
 from asv_env.envs.sb3 import BoatVecEnv
 
 IDLE, AHEAD = np.array([0.0, 0.0]), np.array([1.0, 0.0])
@@ -32,7 +27,7 @@ def _one_thread() -> None:
 
 @dataclass
 class End:
-    """How a face told the end of the first episode of its first world, (A, ...) by boat."""
+    """Report of an adapter on the end of the first episode of its first world."""
 
     terminated: bool
     truncated: bool
@@ -97,14 +92,14 @@ def boats(task: str, action: np.ndarray, **options: Any) -> End:
     raise AssertionError("no end")
 
 
-FACES = {
+ADAPTERS = {
     "joint": joint,
     "parallel": parallel,
     "vector, next step": vector(AutoresetMode.NEXT_STEP),
     "vector, same step": vector(AutoresetMode.SAME_STEP),
     "boats": boats,
 }
-faces = pytest.mark.parametrize("run", FACES.values(), ids=FACES.keys())
+adapters = pytest.mark.parametrize("run", ADAPTERS.values(), ids=ADAPTERS.keys())
 
 # The vessel lies on its goal; a boat leaves the arena; time is up; success as time is up.
 DELIVERED = ("push", IDLE, {"goal": (0.0, 0.0, 0.0)})
@@ -113,7 +108,7 @@ TIMED_OUT = ("push", AHEAD, {"time_limit": 0.7, "goal": (1.0, 0.0, 0.0)})
 DELIVERED_AT_LAST = ("push", IDLE, {"goal": (0.0, 0.0, 0.0), "time_limit": 0.1})
 
 
-@faces
+@adapters
 @pytest.mark.parametrize(
     ("story", "success"), [(DELIVERED, True), (DELIVERED_AT_LAST, True), (STRAYED, False)]
 )
@@ -125,7 +120,7 @@ def test_success_and_straying_terminate(run: Callable[..., End], story: Any, suc
     assert bool(end.info["strayed"]) is not success
 
 
-@faces
+@adapters
 def test_the_time_limit_truncates(run: Callable[..., End]) -> None:
     task, action, options = TIMED_OUT
     end = run(task, action, **options)
@@ -135,7 +130,7 @@ def test_the_time_limit_truncates(run: Callable[..., End]) -> None:
     assert end.info["position_error"] == pytest.approx(1.0, abs=0.05)
 
 
-@faces
+@adapters
 @pytest.mark.parametrize("story", [STRAYED, TIMED_OUT])
 def test_the_last_observation_is_what_the_world_showed_at_its_end(
     run: Callable[..., End], story: Any
@@ -151,7 +146,7 @@ def test_the_last_observation_is_what_the_world_showed_at_its_end(
     assert end.observation.tobytes() == step.observation[0].tobytes()
 
 
-@faces
+@adapters
 def test_the_last_info_holds_the_metrics_as_scalars(run: Callable[..., End]) -> None:
     task, action, options = TIMED_OUT
     info = run(task, action, **options).info
@@ -191,8 +186,8 @@ class OneEachStep(BoatVecEnv):
         return observation, np.ones_like(reward), dones, infos
 
 
-class WithoutTheMark(OneEachStep):
-    """A wrong adapter: it passes the time limit off as a termination."""
+class WithoutTruncation(OneEachStep):
+    """A wrong adapter, which reports the time limit as a termination."""
 
     def step_wait(self) -> Any:
         observation, reward, dones, infos = super().step_wait()
@@ -229,11 +224,11 @@ def test_a_constant_reward_is_worth_ten_whatever_the_time_limit() -> None:
     assert learned_value(OneEachStep()) == pytest.approx(10.0, abs=0.5)
 
 
-def test_the_probe_would_notice_a_time_limit_that_passes_for_a_termination() -> None:
-    assert learned_value(WithoutTheMark()) < 5.0
+def test_a_time_limit_that_passes_for_a_termination_is_noticed() -> None:
+    assert learned_value(WithoutTruncation()) < 5.0
 
 
-# ------------------------------------------------------------------ the stable-baselines3 face
+# ------------------------------------------------------------------ the stable-baselines3 adapter
 
 
 def test_the_boats_of_a_world_share_the_seed_and_options_of_its_first_row() -> None:
@@ -327,218 +322,3 @@ def test_a_goal_given_to_reset_holds_for_that_episode() -> None:
     assert env.simulation.state.goal[0] == pytest.approx([0.55, -0.95, 0.1])
     env.reset()
     assert env.simulation.state.goal[0] == pytest.approx([0.5, 0.0, 0.0])
-
-
-# ------------------------------------------------------------------ bad input
-
-MAKERS: dict[str, Callable[..., Any]] = {
-    "joint": asv_env.JointEnv,
-    "parallel": asv_env.parallel_env,
-    "vector": lambda *args, **options: asv_env.AsvVectorEnv(2, *args, **options),
-    "boats": lambda *args, **options: BoatVecEnv(*args, **{"num_envs": 2, **options}),
-}
-makers = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS.keys())
-
-
-def step(env: Any, action: Any) -> Any:
-    """A step with the same action (2,) for every boat, in the shape that the face takes."""
-    if isinstance(env, asv_env.AsvParallelEnv):
-        return env.step(dict.fromkeys(env.possible_agents, action))
-    if isinstance(env, BoatVecEnv):
-        return env.step(np.array([action] * env.num_envs))
-    if isinstance(env, asv_env.AsvVectorEnv):
-        return env.step(np.array([[action] * 4] * env.num_envs))
-    return env.step(np.array([action] * 4))
-
-
-def reset(env: Any, **arguments: Any) -> Any:
-    """A reset, through ``_seeds`` and ``set_options`` where it takes no arguments."""
-    if not isinstance(env, BoatVecEnv):
-        return env.reset(**arguments)
-    if "seed" in arguments:
-        env._seeds = [arguments["seed"]] * env.num_envs
-    env.set_options(arguments.get("options"))
-    return env.reset()
-
-
-@makers
-@pytest.mark.parametrize(
-    ("options", "named"),
-    [
-        ({"task": "puhs"}, r"task 'puhs'.*'push'"),
-        ({"scenario": "nosy"}, r"scenario 'nosy'.*'noisy'"),
-        ({"preset": "tnak"}, r"preset 'tnak'.*'tank'"),
-        ({"action_mode": "thruster"}, r"'thruster'.*'thrusters'"),
-        ({"render_mode": "rgb"}, r"render_mode 'rgb'.*'rgb_array'"),
-        ({"time_limt": 3.0}, r"option 'time_limt'.*'time_limit'"),
-        ({"boat": {"lenght": 0.1}}, r"'lenght'.*'length'"),
-        ({"num_boats": 1}, r"num_boats = 1\b.*2 to 100"),
-        ({"num_boats": 2.5}, r"num_boats = 2\.5"),
-        ({"num_boats": 20, "vessel": {"length": 0.4}}, r"20 boats.*0\.4 m"),
-        ({"goal": (9.0, 0.0, 0.0)}, r"9\.0.*outside the arena"),
-        ({"goal": (np.nan, 0.0, 0.0)}, "finite"),
-        ({"time_limit": -1.0}, r"-1\.0"),
-        ({"boat": 3}, "mapping"),
-    ],
-)
-def test_bad_options_are_named(make: Any, options: dict[str, Any], named: str) -> None:
-    with pytest.raises((ValueError, TypeError), match=f"(?s){named}"):
-        make(**options)
-
-
-@pytest.mark.parametrize("num_envs", [0, -1, 1.5, True])
-def test_a_batch_has_at_least_one_world(num_envs: Any) -> None:
-    for make in (asv_env.AsvVectorEnv, lambda n: BoatVecEnv(num_envs=n)):
-        with pytest.raises((ValueError, TypeError)):
-            make(num_envs)
-
-
-def test_an_unknown_autoreset_mode_is_named() -> None:
-    with pytest.raises(ValueError, match=r"'Samestep'.*'SameStep'"):
-        asv_env.AsvVectorEnv(2, autoreset_mode="Samestep")
-
-
-@makers
-@pytest.mark.parametrize(
-    ("action", "named"),
-    [
-        ([0.0, np.nan], "nan.*finite"),
-        ([np.inf, 0.0], "inf.*finite"),
-        ([0.0, 0.0, 0.0], "shape"),
-        ([0.0], "shape"),
-        (0.0, "shape"),
-        (["full", "ahead"], "numbers"),
-    ],
-)
-def test_bad_actions_are_refused(make: Any, action: Any, named: str) -> None:
-    env = make("push")
-    reset(env)
-    with pytest.raises((ValueError, TypeError), match=named):
-        step(env, action)
-    assert step(env, IDLE), "the environment is none the worse"
-
-
-@makers
-def test_nothing_goes_before_a_reset(make: Any) -> None:
-    env = make("push", render_mode="rgb_array")
-    with pytest.raises(ValueError, match=r"step.*call reset first") as caught:
-        step(env, IDLE)
-    assert isinstance(caught.value, gymnasium.error.ResetNeeded | RuntimeError)
-    with pytest.raises(ValueError, match=r"render.*call reset first"):
-        env.render()
-
-
-@makers
-def test_nothing_goes_after_close(make: Any) -> None:
-    env = make("push", render_mode="rgb_array")
-    reset(env)
-    env.close()
-    for ask in (lambda: step(env, IDLE), lambda: reset(env), env.render):
-        with pytest.raises(ValueError, match="closed; make a new one"):
-            ask()
-    env.close()
-
-
-@pytest.mark.parametrize("make", [asv_env.JointEnv, asv_env.parallel_env])
-def test_no_step_goes_beyond_the_end(make: Any) -> None:
-    env = make("push", time_limit=0.1)
-    for _ in range(2):
-        env.reset(seed=0)
-        step(env, IDLE)
-        with pytest.raises(ValueError, match="episode is over; call reset first"):
-            step(env, IDLE)
-
-
-@makers
-@pytest.mark.parametrize("seed", [-1, 1.5, "a", True])
-def test_bad_seeds_are_refused(make: Any, seed: Any) -> None:
-    with pytest.raises((ValueError, TypeError), match=f"seed = {seed!r}"):
-        reset(make("push"), seed=seed)
-
-
-@makers
-@pytest.mark.parametrize(
-    ("options", "named"),
-    [
-        ({"goal": [9.0, 0.0, 0.0]}, "outside the arena"),
-        ({"goal": [0.0, 0.0]}, "three numbers"),
-        ({"goal": [0.0, 0.0, np.inf]}, "finite"),
-        ({"goal": "home"}, "three numbers"),
-    ],
-)
-def test_bad_goals_are_refused(make: Any, options: dict[str, Any], named: str) -> None:
-    with pytest.raises(ValueError, match=named):
-        reset(make("push"), options=options)
-
-
-@makers
-def test_unknown_reset_options_warn_with_the_nearest(make: Any) -> None:
-    with pytest.warns(UserWarning, match="'gaol' is unknown and ignored; did you mean 'goal'"):
-        reset(make("push"), options={"gaol": [0.0, 0.0, 0.0]})
-
-
-@pytest.mark.parametrize("make", [MAKERS[name] for name in ("joint", "parallel", "vector")])
-def test_reset_options_have_to_be_a_mapping(make: Any) -> None:
-    with pytest.raises(TypeError, match="give a mapping"):
-        make("push").reset(options=[1, 2])
-
-
-def test_a_list_of_seeds_has_one_for_each_world() -> None:
-    env = asv_env.AsvVectorEnv(3, "push")
-    with pytest.raises(ValueError, match="2 seeds for 3 worlds"):
-        env.reset(seed=[1, 2])
-    with pytest.raises(ValueError, match="reset_mask"):
-        env.reset(options={"reset_mask": np.zeros(3, dtype=bool)})
-
-
-@pytest.mark.parametrize(
-    ("actions", "error", "named"),
-    [
-        ({"asv_0": IDLE}, ValueError, r"missing agents \['asv_1'\]"),
-        ({"asv_0": IDLE, "asv_1": IDLE, "asv1": IDLE}, ValueError, r"\['asv1'\].*mean 'asv_1'"),
-        ({}, ValueError, r"missing agents \['asv_0', 'asv_1'\]"),
-        ({"asv_0": IDLE, "asv_1": [0.0]}, ValueError, r"action of asv_1 of shape \(1,\)"),
-        (np.zeros((2, 2)), TypeError, "dict by agent"),
-    ],
-)
-def test_the_actions_name_every_agent(actions: Any, error: type[Exception], named: str) -> None:
-    env = asv_env.parallel_env("push", 2)
-    env.reset()
-    with pytest.raises(error, match=named):
-        env.step(actions)
-    for spaces in (env.action_space, env.observation_space):
-        with pytest.raises(ValueError, match=r"'asv_7'.*'asv_0' to 'asv_1'"):
-            spaces("asv_7")
-
-
-# ------------------------------------------------------------------ python -m asv_env
-
-
-def test_the_report_names_all_there_is(capsys: pytest.CaptureFixture[str]) -> None:
-    main([])
-    report = capsys.readouterr().out
-    for name in ("pymunk", asv_env.__version__, "asv_env/Push-v0", "asv_env/push-v0"):
-        assert name in report
-    for name in (*asv_env.SCENARIOS, *asv_env.PRESETS):
-        assert name in report
-
-
-def test_a_picture_is_written_and_never_overwritten_unasked(tmp_path: Path) -> None:
-    path = tmp_path / "start.png"
-    main(["--picture", str(path), "--task", "push"])
-    assert imageio.imread(path).shape[2] == 3
-    written = path.read_bytes()
-    with pytest.raises(SystemExit, match="--overwrite"):
-        main(["--picture", str(path)])
-    assert path.read_bytes() == written
-    main(["--picture", str(path), "--overwrite", "--scenario", "gyre"])
-    assert path.read_bytes() != written
-    with pytest.raises(SystemExit, match="'push'"):
-        main(["--picture", str(tmp_path / "other.png"), "--task", "puhs"])
-
-
-def test_the_package_needs_no_extra() -> None:
-    code = "import sys, asv_env; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    extras = {"torch", "stable_baselines3", "pygame", "imageio", "matplotlib"}
-    assert not extras & set(done.stdout.split())

@@ -243,14 +243,14 @@ def test_max_cycles_set_from_outside_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("make", ["joint", "parallel", "vector", "boats"])
-def test_every_face_draws(make: str) -> None:
-    faces: dict[str, Any] = {
+def test_every_adapter_draws(make: str) -> None:
+    adapters: dict[str, Any] = {
         "joint": lambda: asv_env.JointEnv("push", 2, render_mode="rgb_array"),
         "parallel": lambda: asv_env.parallel_env("push", 2, render_mode="rgb_array"),
         "vector": lambda: asv_env.AsvVectorEnv(2, "push", 2, render_mode="rgb_array"),
         "boats": lambda: BoatVecEnv("push", 2, 2, render_mode="rgb_array"),
     }
-    env = faces[make]()
+    env = adapters[make]()
     env.reset()
     frames = env.render()
     for frame in frames if make == "vector" else [frames]:

@@ -228,7 +228,7 @@ def test_world_0_is_the_same_alone_and_in_a_batch_of_64(task: str, scenario: str
     assert not first_difference(history(make(task, scenario), actions[:, :1]), records)
 
 
-def test_the_batched_adapters_of_64_worlds_show_the_same_world_0() -> None:
+def test_adapters_of_64_worlds_show_the_same_world_0() -> None:
     case = ("push", "harsh")
     actions, records, _ = recorded(*case)
     assert not first_difference(list(by_boats(*case, actions)), records)

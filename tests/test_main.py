@@ -1,0 +1,43 @@
+"""``python -m asv_env``, and what the package imports."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import imageio.v3 as imageio
+import pytest
+
+import asv_env
+from asv_env.__main__ import main
+
+
+def test_the_report_names_all_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+    main([])
+    report = capsys.readouterr().out
+    for name in ("pymunk", asv_env.__version__, "asv_env/Push-v0", "asv_env/push-v0"):
+        assert name in report
+    for name in (*asv_env.SCENARIOS, *asv_env.PRESETS):
+        assert name in report
+
+
+def test_a_picture_is_written_and_never_overwritten_unasked(tmp_path: Path) -> None:
+    path = tmp_path / "start.png"
+    main(["--picture", str(path), "--task", "push"])
+    assert imageio.imread(path).shape[2] == 3
+    written = path.read_bytes()
+    with pytest.raises(SystemExit, match="--overwrite"):
+        main(["--picture", str(path)])
+    assert path.read_bytes() == written
+    main(["--picture", str(path), "--overwrite", "--scenario", "gyre"])
+    assert path.read_bytes() != written
+    with pytest.raises(SystemExit, match="'push'"):
+        main(["--picture", str(tmp_path / "other.png"), "--task", "puhs"])
+
+
+def test_the_package_needs_no_extra() -> None:
+    code = "import sys, asv_env; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    extras = {"torch", "stable_baselines3", "pygame", "imageio", "matplotlib"}
+    assert not extras & set(done.stdout.split())
