@@ -1,8 +1,5 @@
 """Policies that do something wrong; named on the command line by tests."""
 
-import os
-import signal
-
 import numpy as np
 
 from baselines.policy import Idle
@@ -75,10 +72,3 @@ class Unmade:
 
     def __init__(self, params):
         raise AttributeError("nothing")
-
-
-class Dies(Idle):
-    """Takes its process down."""
-
-    def act(self, sensed, observation, memory, fresh):
-        os.kill(os.getpid(), signal.SIGKILL)

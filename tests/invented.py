@@ -10,7 +10,7 @@ from asv_env.tasks import TASKS
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.report import document, replay
 from baselines.evaluate.results import Results
-from baselines.evaluate.store import Series, Store
+from baselines.evaluate.store import RunKey, Store
 from baselines.evaluate.summary import summarise
 from baselines.rollout.episodes import CAUSES, COLUMNS, Episode, PoseLog
 
@@ -109,7 +109,7 @@ def report(folder, suite=SUITE, policies=POLICIES, replays=3):
     for (condition, policy), trainings in rows.items():
         for number, training in enumerate(trainings):
             for row in training:
-                store.add(Series(condition, policy, number), invented_log(row))
+                store.add(RunKey(condition, policy, number), invented_log(row))
     summary = {
         "suite": suite.name,
         "about": suite.about,

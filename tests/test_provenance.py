@@ -20,7 +20,7 @@ PARTS = (
 OTHERS = (
     *("asv_env/render/viewer.py", "asv_env/envs/vector.py", "baselines/rollout/film.py"),
     *("baselines/evaluate/workers.py", "baselines/evaluate/report/palette.py"),
-    *("baselines/evaluate/report/figures.py", "baselines/reproduce/single_runs.py", "train/run.py"),
+    *("baselines/evaluate/report/bars.py", "baselines/reproduce/single_runs.py", "train/run.py"),
 )
 
 

@@ -12,7 +12,7 @@ from invented import DEATH, DIES, ODD, SUITE, Page
 
 from asv_env.render import colours
 from baselines.evaluate.report import packing, replay
-from baselines.evaluate.store import Series
+from baselines.evaluate.store import RunKey
 
 CHROMIUM, DRIVER = "/usr/bin/chromium", "/usr/bin/chromedriver"
 
@@ -38,7 +38,7 @@ def test_poses_in_the_page_are_those_of_the_store(report, page):
         block = page.data[condition.name]
         for player in report.cast.players:
             for seed, take in zip(block["seeds"], block["takes"][player.key], strict=True):
-                log = report.store.log(Series(condition.name, player.policy, player.number), seed)
+                log = report.store.log(RunKey(condition.name, player.policy, player.number), seed)
                 poses = unpacked(take["poses"], take["frames"])
                 wanted = packing.thinned(condition.params, log.poses)
                 off = poses - wanted

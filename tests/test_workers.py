@@ -1,37 +1,187 @@
-"""Episodes over several processes: killed, broken, and always the same."""
+"""Episodes in several processes: the same ones, whoever dies meanwhile."""
 
+import os
+import signal
 import sqlite3
 import subprocess
 import sys
+import textwrap
+import threading
 import time
+from pathlib import Path
 
+import joblib
 import pytest
+from command_line import run
 
-from baselines.evaluate.conditions import Condition
-from baselines.evaluate.policy_sources import find
+from asv_env import make_params
+from baselines.evaluate import workers
+from baselines.evaluate.policy_sources import PolicySource, find
 from baselines.evaluate.store import NAME as STORE
-from baselines.evaluate.store import Series
+from baselines.evaluate.store import RunKey
 from baselines.evaluate.workers import Job, WorkerError
-from baselines.evaluate.workers import run as run_jobs
+from baselines.policy import Idle
+from baselines.rollout import trajectories
 from baselines.rollout.episodes import Label
 
-pytestmark = pytest.mark.usefixtures("no_report")
-
-EPISODES = 40
+EPISODES = 12
 """Episodes of a run that is killed again and again."""
 
 
+def job(policy, seeds, num_envs=2, **options):
+    source = policy if isinstance(policy, PolicySource) else find(policy)
+    params = make_params("push", **{"time_limit": 0.5, **options})
+    key = RunKey("short", source.word, 0)
+    return Job(key, params, source, source.fingerprint(), Label(source.word), seeds, num_envs)
+
+
+def rows(jobs, count):
+    done = [(key, log.episode) for key, log in workers.run(jobs, count)]
+    return sorted(done, key=lambda pair: (pair[0], pair[1].seed))
+
+
+def local_policy():
+    """A policy that other processes cannot import, like that of a notebook."""
+
+    class Local(Idle):
+        def act(self, sensed, observation, memory, fresh):
+            action, memory = super().act(sensed, observation, memory, fresh)
+            return action + 0.5, memory
+
+    return Local
+
+
+def gone(pids):
+    """Whether all processes end within some seconds."""
+    until = time.monotonic() + 20.0
+    while time.monotonic() < until and any(Path(f"/proc/{pid}").exists() for pid in pids):
+        time.sleep(0.05)
+    return not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+def started(folder, count=2):
+    """Identities of the workers, which they leave in a folder as soon as they act."""
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until and len(list(folder.iterdir())) < count:
+        time.sleep(0.05)
+    return [int(file.name) for file in folder.iterdir()]
+
+
+@pytest.fixture
+def stuck(tmp_path):
+    """A process whose two workers are busy for ever, and a folder with their identities."""
+    script = textwrap.dedent(
+        """
+        import os, pathlib, sys, time
+        sys.path.insert(0, sys.argv[1])
+        from test_workers import Idle, job, workers
+
+        class Stuck(Idle):
+            folder = pathlib.Path(sys.argv[2])
+
+            def act(self, *arguments):
+                (self.folder / str(os.getpid())).touch()
+                time.sleep(600.0)
+
+        list(workers.run([job(Stuck, range(2))], 2))
+        """
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", script, Path(__file__).parent, tmp_path],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    yield process, started(tmp_path)
+    process.kill()
+    process.communicate()
+
+
+def test_a_batch_is_what_runs_side_by_side():
+    assert [batch.seeds for batch in job(Idle, range(5)).batches(1)] == [
+        range(0, 2),
+        range(2, 4),
+        range(4, 5),
+    ]
+    assert [len(batch.seeds) for batch in job(Idle, range(5), 64).batches(2)] == [3, 2]
+
+
+def test_processes_run_the_same_episodes():
+    jobs = [job(local_policy(), range(5)), job("scripted", range(3), scenario="harsh")]
+    here = rows(jobs, 0)
+    assert len(here) == 8
+    assert rows(jobs, 1) == rows(jobs, 2) == here
+
+
+def test_processes_can_be_started_from_a_thread():
+    jobs, found = [job("random", range(4))], []
+    thread = threading.Thread(target=lambda: found.extend(rows(jobs, 2)))
+    thread.start()
+    thread.join()
+    assert found == rows(jobs, 0)
+
+
+def test_episodes_run_on_a_dask_cluster(tmp_path):
+    distributed = pytest.importorskip("distributed")
+
+    class Signs(local_policy()):
+        def act(self, *arguments):
+            (tmp_path / str(os.getpid())).touch()
+            return super().act(*arguments)
+
+    with (
+        distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster),
+        joblib.parallel_config("dask"),
+    ):
+        done = rows([job(Signs, range(6))], 1)
+    assert os.getpid() not in started(tmp_path, 1)
+    assert done == rows([job(Signs, range(6))], 0)
+
+
+def test_trajectories_are_saved_by_workers(tmp_path):
+    recording = Job(**{**vars(job("random", range(3))), "record": tmp_path})
+    for _, log in workers.run([recording], 2):
+        assert log.trajectory is None
+        assert trajectories.holds(tmp_path, log.episode)
+
+
+def test_episodes_do_not_depend_on_batch_or_workers(network_file, sb3_file):
+    files = [find(str(file), trust_pickles=True) for file in (network_file, sb3_file)]
+    sources = [*map(find, ("scripted", "paper", "random")), *files]
+
+    def episodes_of(num_envs, count):
+        jobs = [job(source, range(12), num_envs, scenario="harsh") for source in sources]
+        done = [(log.episode, log.poses.tobytes()) for _, log in workers.run(jobs, count)]
+        return sorted(done, key=lambda pair: (pair[0].policy, pair[0].seed))
+
+    alone = episodes_of(1, 0)
+    assert len(alone) == 5 * 12
+    assert episodes_of(7, 0) == alone
+    assert episodes_of(4, 2) == alone
+
+
+def test_a_policy_that_changes_meanwhile_is_not_mixed(network_file, other_network_file, tmp_path):
+    file = tmp_path / "best.npz"
+    file.write_bytes(network_file.read_bytes())
+    begun = job(str(file), range(1))
+    file.write_bytes(other_network_file.read_bytes())
+    with pytest.raises(WorkerError, match=r"best\.npz has changed since the run began"):
+        rows([begun], 1)
+
+
+@pytest.mark.usefixtures("no_report")
 def test_a_killed_run_goes_on_and_ends_alike(tmp_path):
-    """Killed three times, each time after some more episodes."""
-    command = [
-        *(sys.executable, "-m", "baselines.evaluate", "--task", "push", "--scenario", "noisy"),
-        *("--goal", "0", "-0.45", "0", "--policies", "scripted", "--episodes", str(EPISODES)),
-        *("--workers", "2", "--num-envs", "2"),
+    """Killed twice, each time after some more episodes."""
+    arguments = [
+        *("--task", "push", "--scenario", "noisy", "--goal", "0", "-0.45", "0"),
+        *("--policies", "scripted", "--episodes", str(EPISODES), "--num-envs", "1"),
     ]
     whole, killed = tmp_path / "whole", tmp_path / "killed"
-    subprocess.run([*command, "--out", whole], check=True, capture_output=True)
+    run(*arguments, "--workers", 0, "--out", whole)
+    command = [sys.executable, "-m", "baselines.evaluate", *arguments, "--workers", "2"]
     kept = [0]
-    for _ in range(3):
+    for _ in range(2):
         process = subprocess.Popen(
             [*command, "--out", killed], stderr=subprocess.DEVNULL, start_new_session=True
         )
@@ -43,12 +193,12 @@ def test_a_killed_run_goes_on_and_ends_alike(tmp_path):
         kept.append(stored(killed))
         assert kept[-2] < kept[-1] < EPISODES
         assert not (killed / "episodes.csv").exists()
-    subprocess.run([*command, "--out", killed], check=True, capture_output=True)
+    run(*arguments, "--workers", 2, "--out", killed)
     assert (killed / "episodes.csv").read_bytes() == (whole / "episodes.csv").read_bytes()
 
 
 def stored(folder):
-    """Episodes in the database of a folder, 0 while it cannot be read."""
+    """Number of episodes in the database of a folder, 0 while it cannot be read."""
     try:
         base = sqlite3.connect(f"file:{folder / STORE}?mode=ro&immutable=1", uri=True)
         return base.execute("SELECT count(*) FROM episode").fetchone()[0]
@@ -56,47 +206,36 @@ def stored(folder):
         return 0
 
 
-def test_episodes_do_not_depend_on_batch_or_workers(network_file, sb3_file):
-    condition = Condition("short", task="push", scenario="harsh", options={"time_limit": 1.0})
-
-    def episodes_of(num_envs, workers, words):
-        jobs = [
-            job(condition, word, seeds, num_envs)
-            for word in words
-            for seeds in (range(64), range(64, 70))
-        ]
-        done = [track for _, track in run_jobs(jobs, workers)]
-        done.sort(key=lambda track: (track.episode.policy, track.episode.seed))
-        return [(track.episode, track.poses.tobytes()) for track in done]
-
-    words = ["scripted", "paper", "random", str(network_file), str(sb3_file)]
-    alone = episodes_of(1, 0, words)
-    assert len(alone) == 5 * 70
-    assert episodes_of(16, 0, words) == alone
-    assert episodes_of(64, 2, words) == alone
-
-
-def job(condition, word, seeds, num_envs=1):
-    source, series = find(word, trust_pickles=True), Series(condition.name, word, 0)
-    return Job(series, condition, source, source.fingerprint(), Label(word), tuple(seeds), num_envs)
-
-
-@pytest.mark.usefixtures("own_modules")
 def test_a_worker_that_dies_is_noticed():
-    condition = Condition("short", task="push", options={"time_limit": 1.0})
-    source = find("broken_policies:Dies")
-    dying = Job(
-        Series("short", "Dies", 0), condition, source, source.fingerprint(), Label("Dies"), (0,), 1
-    )
-    with pytest.raises(WorkerError, match="exit code -9"):
-        list(run_jobs([dying], 1))
+    class Dies(Idle):
+        def act(self, sensed, observation, memory, fresh):
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    with pytest.raises(WorkerError, match=r"exit code SIGKILL\(-9\)"):
+        rows([job(Dies, range(4))], 2)
+    assert len(rows([job(Idle, range(4))], 2)) == 4
 
 
-def test_a_policy_that_changes_meanwhile_is_not_mixed(network_file, other_network_file, tmp_path):
-    condition = Condition("short", task="push", options={"time_limit": 1.0})
-    file = tmp_path / "best.npz"
-    file.write_bytes(network_file.read_bytes())
-    begun = job(condition, str(file), (0,))
-    file.write_bytes(other_network_file.read_bytes())
-    with pytest.raises(WorkerError, match=r"best\.npz has changed since the run began"):
-        list(run_jobs([begun], 1))
+def test_what_fails_in_a_worker_is_told():
+    class Unmade(Idle):
+        def __init__(self, params):
+            raise ValueError("I only play approach")
+
+    with pytest.raises(WorkerError, match="I only play approach"):
+        rows([job(Unmade, range(4))], 2)
+
+
+def test_workers_end_with_a_parent_that_is_killed(stuck):
+    process, pids = stuck
+    process.kill()
+    assert len(pids) == 2
+    assert gone(pids)
+
+
+def test_ctrl_c_is_heard_by_the_parent_alone(stuck):
+    process, pids = stuck
+    os.killpg(process.pid, signal.SIGINT)
+    said = process.communicate(timeout=20.0)[1]
+    assert said.count("Traceback") == 1
+    assert said.rstrip().endswith("KeyboardInterrupt")
+    assert gone(pids)

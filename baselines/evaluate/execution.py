@@ -13,13 +13,10 @@ from baselines.evaluate.conditions import Condition
 from baselines.evaluate.named_policies import NamedPolicy
 from baselines.evaluate.request import Request
 from baselines.evaluate.results import Results
-from baselines.evaluate.store import Series, Store
+from baselines.evaluate.store import RunKey, Store
 from baselines.evaluate.workers import Job
 from baselines.rollout import files, trajectories
 from baselines.rollout.episodes import Label
-
-JOB = 500
-"""Largest number of episodes that a worker takes at a time."""
 
 
 def run(request: Request, store: Store, progress: bool) -> None:
@@ -30,16 +27,16 @@ def run(request: Request, store: Store, progress: bool) -> None:
         store: where episodes are and go.
         progress: whether a bar is shown.
     """
-    jobs = list(_jobs(request, store))
+    jobs = [job for job in _jobs(request, store) if job.seeds]
     trainings = sum(len(policy.trainings) for policy in request.policies)
     total = len(request.suite.conditions) * request.suite.episodes * trainings
     done = total - sum(len(job.seeds) for job in jobs)
     with tqdm(
         total=total, initial=done, unit="episode", file=sys.stderr, disable=not progress
     ) as bar:
-        for series, log in workers.run(jobs, request.workers):
-            store.add(series, log)
-            bar.set_description(f"{series.policy}, {series.condition}", refresh=False)
+        for key, log in workers.run(jobs, request.workers):
+            store.add(key, log)
+            bar.set_description(f"{key.policy}, {key.condition}", refresh=False)
             bar.update()
 
 
@@ -47,7 +44,7 @@ def collect(request: Request, store: Store) -> Results:
     """Returns the rows of all episodes of a comparison."""
     rows = {
         (condition.name, policy.name): [
-            list(store.rows(Series(condition.name, policy.name, number), request.suite.seeds))
+            list(store.rows(RunKey(condition.name, policy.name, number), request.suite.seeds))
             for number in range(len(policy.trainings))
         ]
         for condition in request.suite.conditions
@@ -60,42 +57,40 @@ def _jobs(request: Request, store: Store) -> Iterator[Job]:
     for condition in request.suite.conditions:
         for policy in request.policies:
             for number in range(len(policy.trainings)):
-                yield from _jobs_of_training(request, store, condition, policy, number)
+                yield _job(request, store, condition, policy, number)
 
 
-def _jobs_of_training(
+def _job(
     request: Request, store: Store, condition: Condition, policy: NamedPolicy, number: int
-) -> Iterator[Job]:
-    """Yields jobs for the missing episodes of one training in one condition."""
+) -> Job:
+    """Returns the job of the missing episodes of one training in one condition."""
     seed = policy.training_seed(number)
     label = Label(policy.name, seed, condition.name, condition.scenario_name)
     record = None
     if request.record:
         record = trajectories.folder(request.out, condition.name, policy.name, seed)
-    series = Series(condition.name, policy.name, number)
-    done = _done(request, store, series, record)
+    key = RunKey(condition.name, policy.name, number)
+    done = _done(request, store, key, record)
     missing = [seed for seed in request.suite.seeds if seed not in done]
-    size = max(1, min(JOB, -(-len(missing) // max(1, request.workers))))
-    for k in range(0, len(missing), size):
-        yield Job(
-            series,
-            condition,
-            policy.trainings[number],
-            request.fingerprints[policy.name][number],
-            label,
-            tuple(missing[k : k + size]),
-            request.num_envs,
-            record,
-        )
+    return Job(
+        key,
+        condition.params,
+        policy.trainings[number],
+        request.fingerprints[policy.name][number],
+        label,
+        missing,
+        request.num_envs,
+        record,
+    )
 
 
-def _done(request: Request, store: Store, series: Series, record: Path | None) -> set[int]:
+def _done(request: Request, store: Store, key: RunKey, record: Path | None) -> set[int]:
     """Returns the seeds of episodes that are stored, and recorded where that was asked for."""
     if record is None:
-        return store.seeds(series)
+        return store.seeds(key)
     files.remove_parts(record)
     return {
         row.seed
-        for row in store.rows(series, request.suite.seeds)
+        for row in store.rows(key, request.suite.seeds)
         if row.error or trajectories.holds(record, row)
     }

@@ -1,8 +1,8 @@
 """Finished episodes on disk, kept one by one, so that a run can be stopped at any moment.
 
-A database in the output folder holds by which suite, code and libraries they were made. Episodes
-follow from these alone, so what is there is never made again; what was made by others is never
-mixed with it.
+A database in the output folder holds the provenance of its episodes: suite, code and libraries.
+Episodes follow from these alone. So an episode that is there is never run again, and episodes of
+different provenance are never mixed.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sqlite3
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,24 +23,27 @@ from asv_env.types import Float
 from baselines.rollout.episodes import Episode, PoseLog
 
 NAME = "episodes.sqlite"
+"""File name of the database."""
 POLICY = "policy "
-"""What the names of policies begin with, among the origins."""
-LAYOUT = 2
-"""Of the rows and logs in the database: another one wherever old ones would be misread."""
+"""Prefix of a policy's name in the provenance."""
+LAYOUT = 3
+"""Version of the database's layout: a new one wherever an old database would be misread."""
 UNITS = (1e-3, 1e-3, 1e-4)
-"""In which poses are kept: m, m, rad."""
+"""Resolution of stored poses: m, m, rad."""
 TABLES = """
-CREATE TABLE IF NOT EXISTS origin (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS provenance (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS episode (
-    condition TEXT, policy TEXT, training INTEGER, seed INTEGER, row TEXT NOT NULL, log BLOB NOT NULL,
+    condition TEXT, policy TEXT, training INTEGER, seed INTEGER,
+    row TEXT NOT NULL, log BLOB NOT NULL,
     PRIMARY KEY (condition, policy, training, seed)
 );
 """
+OF_RUN = "FROM episode WHERE condition = ? AND policy = ? AND training = ?"
 
 
 @dataclass(frozen=True, order=True)
-class Series:
-    """Episodes of one policy (one of its trainings) in one condition."""
+class RunKey:
+    """Names a run: the episodes of one policy (one of its trainings) in one condition."""
 
     condition: str
     policy: str
@@ -52,93 +55,93 @@ class Store:
 
     Args:
         folder: need not exist.
-        origin: by what the episodes are made, by name.
-        policies: what the policies are made from, by name.
-        replace: whether episodes of another origin or of other policies may be removed.
+        provenance: suite, code and libraries, by name.
+        policies: fingerprints of the policies, by name.
+        replace: whether episodes of other provenance or of other policies may be removed.
 
     Attributes:
         dropped: policies whose episodes have been removed.
 
     Raises:
-        FileExistsError: the folder holds episodes of another origin, or another run writes to it.
+        FileExistsError: the folder holds episodes of other provenance, or another run writes to it.
         OSError: the database cannot be written.
     """
 
     def __init__(
-        self, folder: Path, origin: Mapping[str, Any], policies: Mapping[str, Any], replace: bool
+        self,
+        folder: Path,
+        provenance: Mapping[str, Any],
+        policies: Mapping[str, Any],
+        replace: bool,
     ) -> None:
         self._path = folder / NAME
-        shared = {name: _text(value) for name, value in origin.items()}
-        own = {f"{POLICY}{name}": _text(value) for name, value in policies.items()}
-        wanted = {"layout": _text(LAYOUT), **shared, **own}
-        found = _origin(self._path)
-        other = [name for name in wanted if found.get(name, wanted[name]) != wanted[name]]
-        if other and not replace:
-            name = other[0]
+        shared = {"layout": LAYOUT, **provenance}
+        own = {f"{POLICY}{name}": value for name, value in policies.items()}
+        wanted = {name: json.dumps(v, sort_keys=True) for name, v in {**shared, **own}.items()}
+        found = _provenance(self._path)
+        changed = [name for name in wanted if found.get(name, wanted[name]) != wanted[name]]
+        if changed and not replace:
+            name = changed[0]
             raise FileExistsError(
                 f"{folder} holds episodes of another {name} ({found[name]}, now {wanted[name]}): "
                 "choose another folder with --out, or replace them with --overwrite"
             )
-        if set(other) - set(own):
+        if set(changed) & set(shared):
             self._path.unlink()
-            other = [name for name in found if name.startswith(POLICY)]
-        self.dropped = tuple(name.removeprefix(POLICY) for name in other)
+            changed = list(found)
+        self.dropped = tuple(n.removeprefix(POLICY) for n in changed if n.startswith(POLICY))
         folder.mkdir(parents=True, exist_ok=True)
-        with _named(self._path):
+        with _errors_named(self._path):
             self._base = sqlite3.connect(self._path, timeout=1.0)
             self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
             self._base.executescript(TABLES)
             with self._base:
-                for name in self.dropped:
-                    self._base.execute("DELETE FROM episode WHERE policy = ?", (name,))
-                self._base.executemany("REPLACE INTO origin VALUES (?, ?)", wanted.items())
+                for policy in self.dropped:
+                    self._base.execute("DELETE FROM episode WHERE policy = ?", (policy,))
+                self._base.executemany("REPLACE INTO provenance VALUES (?, ?)", wanted.items())
 
     def close(self) -> None:
-        """Leaves the database."""
+        """Closes the database."""
         self._base.close()
 
-    def seeds(self, series: Series) -> set[int]:
-        """Of the episodes that are there."""
-        query = "SELECT seed FROM episode WHERE condition = ? AND policy = ? AND training = ?"
-        return {seed for (seed,) in self._base.execute(query, _key(series))}
+    def seeds(self, key: RunKey) -> set[int]:
+        """Returns the seeds of the stored episodes of a run."""
+        return {seed for (seed,) in self._base.execute(f"SELECT seed {OF_RUN}", astuple(key))}
 
-    def add(self, series: Series, log: PoseLog) -> None:
-        """Keeps an episode; it is on disk when this returns."""
+    def add(self, key: RunKey, log: PoseLog) -> None:
+        """Stores an episode; it is on disk when this returns."""
         row = json.dumps(asdict(log.episode))
-        values = (*_key(series), log.episode.seed, row, packed(log))
-        with _named(self._path), self._base:
+        values = (*astuple(key), log.episode.seed, row, packed(log))
+        with _errors_named(self._path), self._base:
             self._base.execute("REPLACE INTO episode VALUES (?, ?, ?, ?, ?, ?)", values)
 
-    def rows(self, series: Series, seeds: range) -> Iterator[Episode]:
-        """Those of the episodes with these seeds that are there, in their order."""
-        query = (
-            "SELECT row FROM episode WHERE condition = ? AND policy = ? AND training = ? "
-            "AND seed >= ? AND seed < ? ORDER BY seed"
-        )
-        for (row,) in self._base.execute(query, (*_key(series), seeds.start, seeds.stop)):
+    def rows(self, key: RunKey, seeds: range) -> Iterator[Episode]:
+        """Yields the stored episodes of a run that have these seeds, in their order."""
+        query = f"SELECT row {OF_RUN} AND seed >= ? AND seed < ? ORDER BY seed"
+        for (row,) in self._base.execute(query, (*astuple(key), seeds.start, seeds.stop)):
             yield Episode(**json.loads(row))
 
-    def log(self, series: Series, seed: int) -> PoseLog | None:
-        """One episode, poses to the ``UNITS``; None if it is not there."""
-        query = (
-            "SELECT row, log FROM episode "
-            "WHERE condition = ? AND policy = ? AND training = ? AND seed = ?"
-        )
-        found = self._base.execute(query, (*_key(series), seed)).fetchone()
+    def log(self, key: RunKey, seed: int) -> PoseLog | None:
+        """Returns the log of one episode, poses to the ``UNITS``; None if it is not there."""
+        query = f"SELECT row, log {OF_RUN} AND seed = ?"
+        found = self._base.execute(query, (*astuple(key), seed)).fetchone()
         return None if found is None else unpacked(Episode(**json.loads(found[0])), found[1])
 
 
-def _text(value: Any) -> str:
-    return json.dumps(value, sort_keys=True)
-
-
-def _key(series: Series) -> tuple[str, str, int]:
-    return series.condition, series.policy, series.training
+def _provenance(path: Path) -> dict[str, str]:
+    """Returns the provenance of a database, as JSON by name; nothing of an empty one."""
+    if not path.exists():
+        return {}
+    with _errors_named(path), closing(sqlite3.connect(path, timeout=1.0)) as base:
+        tables = {name for (name,) in base.execute("SELECT name FROM sqlite_master")}
+        if "provenance" in tables:
+            return dict(base.execute("SELECT name, value FROM provenance"))
+        return {"layout": "an older one"} if tables else {}
 
 
 @contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """Errors of the database name its file, and say what can be done."""
+def _errors_named(path: Path) -> Iterator[None]:
+    """Turns errors of the database into those that name its file and a remedy."""
     try:
         yield
     except sqlite3.DatabaseError as error:
@@ -154,18 +157,8 @@ def _named(path: Path) -> Iterator[None]:
         raise OSError(f"{path}: {error}") from error
 
 
-def _origin(path: Path) -> dict[str, str]:
-    """By what the episodes of a database were made; nothing of an empty one."""
-    if not path.exists():
-        return {}
-    with _named(path), closing(sqlite3.connect(path, timeout=1.0)) as base:
-        if not base.execute("SELECT 1 FROM sqlite_master WHERE name = 'origin'").fetchone():
-            return {}
-        return dict(base.execute("SELECT name, value FROM origin"))
-
-
 def packed(log: PoseLog) -> bytes:
-    """Poses as differences of whole ``UNITS``, compressed; then the goal and the failures."""
+    """Returns goal, times of failure, and poses as compressed differences of whole ``UNITS``."""
     whole = np.round(log.poses / UNITS).astype(np.int64)
     steps = np.diff(whole, axis=0, prepend=0)
     steps[1:, :, 2] = (steps[1:, :, 2] + 31416) % 62832 - 31416
@@ -174,7 +167,7 @@ def packed(log: PoseLog) -> bytes:
 
 
 def unpacked(episode: Episode, blob: bytes) -> PoseLog:
-    """The reverse of ``packed``."""
+    """Returns the log that was ``packed``."""
     team = episode.num_boats
     head = np.frombuffer(blob, "<f8", 3 + team)
     steps = np.frombuffer(zlib.decompress(blob[head.nbytes :]), "<i2").reshape(-1, 1 + team, 3)

@@ -1,34 +1,42 @@
-"""Episodes over several processes.
+"""Runs episodes in several processes, by joblib.
 
-A worker takes a job at a time and hands every episode over as soon as it ends. It computes on one
-thread, and goes when the process that started it is gone.
+joblib starts the processes (its backend is loky), gives each of them one thread, and sends them
+policies and parameters as objects, so that classes and tasks of a notebook reach them. Within
+``joblib.parallel_config("dask")`` the same jobs run on a Dask cluster.
+
+What joblib does not do is done here:
+
+* A killed run loses at most the episodes in flight. joblib returns a task as a whole, so a task is
+  a batch of episodes that all begin together.
+* Workers end with the process that started them, even if that was killed.
+* Ctrl-C is left to that process: workers do not hear it.
+* A single worker is this process itself, which needs no batches.
 """
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import pickle
+import re
 import signal
 import threading
+import time
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-import cloudpickle
+from joblib import Parallel, delayed, effective_n_jobs, parallel_config
+from joblib.externals.loky.process_executor import BrokenProcessPool
+from joblib.parallel import LokyBackend, get_active_backend
 
-from baselines.evaluate.conditions import Condition
+from asv_env.params import EnvParams
 from baselines.evaluate.policy_sources import PolicySource
-from baselines.evaluate.store import Series
+from baselines.evaluate.store import RunKey
 from baselines.rollout import runner, trajectories
 from baselines.rollout.episodes import Label, PoseLog
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+POLL = 0.5
+"""Time between two looks of a worker at whether its parent is alive, s."""
 
 
 class WorkerError(RuntimeError):
@@ -37,152 +45,131 @@ class WorkerError(RuntimeError):
 
 @dataclass(frozen=True)
 class Job:
-    """Episodes to run.
+    """Episodes of one run.
 
     Attributes:
-        series: to which they belong.
-        condition: condition.
-        source: of the policy.
-        fingerprint: of the source when it was checked.
-        label: of the rows.
+        key: run to which they belong.
+        params: parameters of the environment.
+        source: source of the policy.
+        fingerprint: fingerprint of the source when it was checked.
+        label: names of policy and condition, for the rows.
         seeds: one an episode.
         num_envs: worlds side by side.
-        record: folder for trajectories; None keeps none.
+        record: folder for trajectories; None records none.
     """
 
-    series: Series
-    condition: Condition
+    key: RunKey
+    params: EnvParams
     source: PolicySource
     fingerprint: str
     label: Label
-    seeds: tuple[int, ...]
+    seeds: Sequence[int]
     num_envs: int
     record: Path | None = None
 
     def run(self) -> Iterator[PoseLog]:
-        """Tracks in the order in which the episodes end, trajectories saved.
+        """Yields logs in the order in which the episodes end; trajectories are saved by then.
 
         Raises:
-            ValueError: the policy has become another one since.
+            ValueError: the policy has changed since it was checked.
         """
         if self.source.fingerprint() != self.fingerprint:
             raise ValueError(f"{self.source.word} has changed since the run began: start it again")
-        params, keep = self.condition.params, self.record is not None
-        for log in runner.run(
-            self.source.make, params, self.seeds, self.num_envs, self.label, keep
-        ):
-            if self.record is not None:
-                trajectories.save(self.record, log, params)
-            yield log
+        make, record = self.source.make, self.record
+        arguments = (make, self.params, self.seeds, self.num_envs, self.label, record is not None)
+        for log in runner.run(*arguments):
+            if record is not None:
+                trajectories.save(record, log, self.params)
+            yield replace(log, trajectory=None)
+
+    def batches(self, workers: int) -> Iterator[Job]:
+        """Yields the job in parts whose episodes all run side by side, at least one a worker."""
+        size = max(1, min(self.num_envs, -(-len(self.seeds) // workers)))
+        for first in range(0, len(self.seeds), size):
+            yield replace(self, seeds=self.seeds[first : first + size])
 
 
-def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Series, PoseLog]]:
-    """Runs jobs; yields episodes as they end.
+def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
+    """Runs jobs; yields episodes as they, or the batches to which they belong, end.
 
     Args:
         jobs: in the order in which they are begun.
-        workers: processes; 0 runs everything in this one, as a debugger wants it.
+        workers: number of processes; 0 runs everything in this one, as a debugger wants it. An
+            active joblib backend other than loky decides for itself.
 
     Raises:
         WorkerError: a worker has failed or was killed.
     """
     if workers == 0:
-        for job in jobs:
-            for log in job.run():
-                yield job.series, log
+        yield from _run_here(jobs)
         return
-    todo = list(reversed(jobs))
-    with _pool(min(workers, len(jobs))) as pool:
-        while pool:
-            for connection in wait(list(pool)):
-                assert isinstance(connection, Connection)
-                message = _received(connection, pool[connection])
-                if message is not None:
-                    yield message
-                elif todo:
-                    with _alive(pool[connection]):
-                        connection.send_bytes(cloudpickle.dumps(todo.pop()))
-                else:
-                    del pool[connection]
-                    connection.close()
-
-
-def _received(connection: Connection, process: BaseProcess) -> tuple[Series, PoseLog] | None:
-    """A finished episode, or None where a worker asks for a job."""
-    with _alive(process):
-        message: Any = connection.recv()
-    if isinstance(message, str):
-        raise WorkerError(f"a worker failed:\n{message}")
-    return message
-
-
-@contextmanager
-def _alive(process: BaseProcess) -> Iterator[None]:
-    """Says how a process ended that does not answer."""
     try:
-        yield
-    except (EOFError, OSError) as error:
-        process.join()
+        yield from _run(jobs, workers)
+    except BrokenProcessPool as error:
+        codes = ", ".join(re.findall(r"\w+\(-?\d+\)", str(error))) or "unknown"
         raise WorkerError(
-            f"a worker ended with exit code {process.exitcode}; if memory ran out, use smaller "
-            "--num-envs or --workers"
+            f"a worker ended with exit code {codes}; if memory ran out, use smaller --num-envs "
+            "or --workers"
         ) from error
+    except Exception as error:
+        text = "".join(traceback.format_exception(error))
+        raise WorkerError(f"a worker failed:\n{text}") from error
 
 
-@contextmanager
-def _pool(workers: int) -> Iterator[dict[Connection, BaseProcess]]:
-    """Processes by the connection to each, which ask for a job with None."""
-    context = multiprocessing.get_context("spawn")
-    pool: dict[Connection, BaseProcess] = {}
-    with _inherited():
-        for _ in range(workers):
-            ours, theirs = context.Pipe()
-            process: BaseProcess = context.Process(target=_work, args=(theirs,), daemon=True)
-            process.start()
-            theirs.close()
-            pool[ours] = process
-    started = list(pool.values())
-    try:
-        yield pool
-    finally:
-        for process in started:
-            process.terminate()
+def _run_here(jobs: Sequence[Job]) -> Iterator[tuple[RunKey, PoseLog]]:
+    for job in jobs:
+        for log in job.run():
+            yield job.key, log
 
 
-@contextmanager
-def _inherited() -> Iterator[None]:
-    """What workers find: one thread, and no interest in Ctrl-C, which is for the parent alone."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, heard)
-        for name, value in before.items():
-            os.environ.pop(name) if value is None else os.environ.update({name: value})
+def _run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
+    backend, _ = get_active_backend()
+    local = isinstance(backend, LokyBackend)
+    workers = workers if local else effective_n_jobs()
+    batches = [batch for job in jobs for batch in job.batches(workers)]
+    if local and min(workers, len(batches)) <= 1:
+        yield from _run_here(jobs)
+        return
+    tasks = [delayed(_run_batch)(batch, os.getpid()) for batch in batches]
+    options = {"return_as": "generator_unordered", "batch_size": 1, "max_nbytes": None}
+    if local:
+        with parallel_config("loky", inner_max_num_threads=1):
+            pool = Parallel(n_jobs=min(workers, len(tasks)), **options)
+    else:
+        pool = Parallel(**options)
+    for key, logs in pool(tasks):
+        for log in logs:
+            yield key, log
 
 
-def _work(connection: Connection) -> None:
-    """What a worker does."""
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
-    while True:
-        try:
-            connection.send(None)
-            job = pickle.loads(connection.recv_bytes())
-        except (EOFError, OSError):
-            return  # Nothing is left to do, or nobody to do it for.
-        try:
-            for log in job.run():
-                connection.send((job.series, log))
-        except Exception:
-            connection.send(traceback.format_exc())
-            return
+def _run_batch(job: Job, parent: int) -> tuple[RunKey, list[PoseLog]]:
+    """Runs a batch in a worker.
+
+    Args:
+        job: the batch.
+        parent: identity of the process that asked for it.
+    """
+    if os.getppid() == parent:
+        _become_child(parent)
+    return job.key, list(job.run())
 
 
-def _leave_with_parent() -> None:
-    """Ends this process when the one that started it is gone, even if it was killed."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
+def _become_child(parent: int) -> None:
+    """Makes this process leave Ctrl-C to its parent, and end with it."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if not any(isinstance(thread, _Watch) for thread in threading.enumerate()):
+        _Watch(parent).start()
+
+
+class _Watch(threading.Thread):
+    """Ends this process when its parent is gone."""
+
+    def __init__(self, parent: int) -> None:
+        super().__init__(daemon=True)
+        self._parent = parent
+
+    def run(self) -> None:
+        while os.getppid() == self._parent:
+            time.sleep(POLL)
+        os._exit(1)

@@ -12,7 +12,7 @@ from asv_env.render import colours as scene
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report import packing, palette
 from baselines.evaluate.results import Results
-from baselines.evaluate.store import Series, Store
+from baselines.evaluate.store import RunKey, Store
 from baselines.rollout.episodes import PoseLog
 
 SHADES = (
@@ -94,8 +94,8 @@ def logs(
     """Returns the stored pose logs of a condition, by player's key and seed."""
     found = {}
     for player in cast.players:
-        series = Series(condition, player.policy, player.number)
-        read = {seed: store.log(series, seed) for seed in seeds}
+        key = RunKey(condition, player.policy, player.number)
+        read = {seed: store.log(key, seed) for seed in seeds}
         found[player.key] = {seed: log for seed, log in read.items() if log is not None}
     return found
 
