@@ -1,9 +1,10 @@
-"""The path of a boat to its slot: round the vessel, then a spiral to the waypoint above the slot.
+"""The path of a boat to its target: round the vessel, a spiral, and a straight descent.
 
 The paper's targets lie inside the hull, which also blocks the spirals of boats that start beyond
 it. Here a boat that is not yet above the hull first goes round the vessel's centre (the paper's
 pure rotation, phi = pi/2) on a circle that clears the hull, which it joins along a tangent. Then
-the spiral leads it to the waypoint. From there it descends straight, also past the vessel's ends.
+the spiral leads it to the entry point above its target, from where it descends straight, also past
+the vessel's ends.
 
 All positions are complex numbers u + iw in the vessel's frame: u along its length, boats come
 from w > 0.
@@ -23,9 +24,9 @@ OUTWARD_DEPTH = 0.05
 CIRCLE_MARGIN = 0.03
 """Distance from the corners of the hull, inflated by the clearance, to the circle, m."""
 CAPTURE = 0.04
-"""Distance from the waypoint, and from the line below it, at which a boat joins the line, m."""
+"""Distance from the entry point, and from the line below it, at which a boat joins the line, m."""
 TURNING_ROOM = 0.1
-"""Room to turn in between the waypoints and the circle, m."""
+"""Room to turn in between the entry points and the circle, m."""
 
 
 class ApproachPath:
@@ -35,7 +36,7 @@ class ApproachPath:
         length: length of the vessel, m.
         width: width of the vessel, m.
         clearance: distance of boats' centres from the hull until they descend, m.
-        reach: largest distance of a slot from the middle of the vessel along it, m.
+        reach: largest distance of a target from the middle of the vessel along it, m.
         sigma: decay of the spiral (Eq 2), rad.
 
     Raises:
@@ -49,53 +50,53 @@ class ApproachPath:
         half_length, half_width = positive("length", length) / 2, positive("width", width) / 2
         self._sigma = float(positive("sigma", sigma))
         self._clear = half_width + margin
-        self._waypoint = self._clear + CAPTURE
+        self._entry = self._clear + CAPTURE
         corner = math.hypot(half_length + margin, self._clear) + CIRCLE_MARGIN
-        outermost = math.hypot(positive("reach", reach) + TURNING_ROOM, self._waypoint)
+        outermost = math.hypot(positive("reach", reach) + TURNING_ROOM, self._entry)
         self._circle = max(corner, outermost)
 
-    def turn_direction(self, boat: Complex, slot: Complex) -> Int:
+    def turn_direction(self, boat: Complex, target: Complex) -> Int:
         """Returns D (...) of the shorter path round: 0 clockwise, 1 counter-clockwise."""
-        clockwise = self._length_round(-boat.conj(), -slot.conj())
-        return np.where(self._length_round(boat, slot) <= clockwise, 1, 0)
+        clockwise = self._length_round(-boat.conj(), -target.conj())
+        return np.where(self._length_round(boat, target) <= clockwise, 1, 0)
 
-    def course(self, boat: Complex, slot: Complex, turn_direction: Int) -> tuple[Complex, Float]:
-        """Returns the direction in which a boat goes to its slot, and the path length left, m.
+    def course(self, boat: Complex, target: Complex, turn_direction: Int) -> tuple[Complex, Float]:
+        """Returns the direction in which a boat goes to its target, and the path length left, m.
 
         The direction jumps only where the spiral begins, by less than 1 rad. The length is exact,
         to within about ``CAPTURE``, for a boat that follows the path from outside the circle.
 
         Args:
             boat: (...) positions.
-            slot: (...) positions, where boats arrive with direction -i.
+            target: (...) positions, where boats arrive with direction -i.
             turn_direction: (...) as chosen by the method of this name when the approach began.
         """
-        descends = self._can_descend(boat, slot)
-        down, descent = self._spiral_down(boat, slot)
+        descends = self._can_descend(boat, target)
+        down, descent = self._spiral_down(boat, target)
         # The clockwise path is the mirror image of the counter-clockwise one.
         flip = np.where(turn_direction == 1, 1.0, -1.0)
-        image, image_slot = _mirrored(boat, flip), _mirrored(slot, flip)
+        image, image_target = _mirrored(boat, flip), _mirrored(target, flip)
         around = _mirrored(self._round(image), flip)
-        circuit = self._length_round(image, image_slot)
+        circuit = self._length_round(image, image_target)
         return np.where(descends, down, around), np.where(descends, descent, circuit)
 
-    def _can_descend(self, boat: Complex, slot: Complex) -> Bool:
-        """Returns which boats are above the waypoint, close above the hull, or in the funnel."""
-        offset = boat - slot
+    def _can_descend(self, boat: Complex, target: Complex) -> Bool:
+        """Returns which boats are above the entry point, close above the hull, or in the funnel."""
+        offset = boat - target
         near = np.abs(boat) < self._circle
-        above = boat.imag >= np.where(near, self._clear, self._waypoint)
+        above = boat.imag >= np.where(near, self._clear, self._entry)
         return above | (2 * np.abs(offset.real) <= CAPTURE + offset.imag)
 
-    def _spiral_down(self, boat: Complex, slot: Complex) -> tuple[Complex, Float]:
-        """Returns direction and length of the spiral to the waypoint and the descent below it.
+    def _spiral_down(self, boat: Complex, target: Complex) -> tuple[Complex, Float]:
+        """Returns direction and length of the spiral to the entry point and the descent below it.
 
-        The spiral's target is the waypoint. It sinks with a boat that is lower, a little in front
-        of one within the capture radius, and farther in front of one next to the hull. So its
-        bearing never becomes singular, a boat off the line returns to it before it descends, and
-        next to the hull it hardly turns.
+        The spiral leads to the entry point, which sinks with a boat that is lower, a little in
+        front of one within the capture radius, and farther in front of one next to the hull. So
+        its bearing never becomes singular, a boat off the line returns to it before it descends,
+        and next to the hull it hardly turns.
         """
-        height = np.minimum(boat.imag, self._waypoint)
-        offset = boat - slot.real - 1j * height
+        height = np.minimum(boat.imag, self._entry)
+        offset = boat - target.real - 1j * height
         ahead = np.maximum(CAPTURE - np.abs(offset), 0.0) + np.maximum(self._clear - boat.imag, 0.0)
         offset = offset + 1j * ahead
         alpha = np.arctan2(offset.imag, offset.real)
@@ -105,7 +106,7 @@ class ApproachPath:
             alpha, braitenberg.turn_direction(offset.real, 0.0), phi
         )
         length = spiral.arc_length(np.abs(offset), theta, self._sigma) - ahead
-        return direction(heading), np.maximum(length + height - slot.imag, 0.0)
+        return direction(heading), np.maximum(length + height - target.imag, 0.0)
 
     def _round(self, boat: Complex) -> Complex:
         """Returns the direction on the circle or its tangent, outwards well inside the circle."""
@@ -116,25 +117,25 @@ class ApproachPath:
         phi = np.pi / 2 * (1 + outwards) - tangent
         return direction(braitenberg.desired_heading(alpha, 1, phi))
 
-    def _length_round(self, boat: Complex, slot: Complex) -> Float:
+    def _length_round(self, boat: Complex, target: Complex) -> Float:
         """Returns the length of the counter-clockwise path, m: tangent, circle, spiral, descent.
 
-        A boat at the side of the vessel may reach the waypoints' height on the tangent already.
+        A boat at the side of the vessel may reach the entry points' height on the tangent already.
         """
-        circle, waypoint = self._circle, self._waypoint
+        circle, entry = self._circle, self._entry
         radius = np.maximum(np.abs(boat), circle)
         alpha = np.pi / 2 - np.mod(np.arctan2(boat.real, boat.imag), 2 * np.pi)
         tangent = np.arccos(circle / radius)
-        arc = math.asin(waypoint / circle) - alpha - tangent
+        arc = math.asin(entry / circle) - alpha - tangent
         early = (arc < 0) & (radius > circle)
         course = alpha + np.pi / 2 + tangent
-        rise = np.where(early, (waypoint - boat.imag) / np.where(early, np.sin(course), 1.0), 0.0)
+        rise = np.where(early, (entry - boat.imag) / np.where(early, np.sin(course), 1.0), 0.0)
         to_circle = radius - np.abs(boat) + np.sqrt(radius**2 - circle**2)
         length = np.where(early, rise, to_circle + circle * np.maximum(arc, 0.0))
-        on_circle = math.sqrt(circle**2 - waypoint**2)
+        on_circle = math.sqrt(circle**2 - entry**2)
         leaves = np.where(early, boat.real + rise * np.cos(course), on_circle)
-        swing = (leaves - slot.real) * spiral.arc_length(1.0, np.pi / 2, self._sigma)
-        return np.maximum(length + swing + waypoint - slot.imag, 0.0)
+        swing = (leaves - target.real) * spiral.arc_length(1.0, np.pi / 2, self._sigma)
+        return np.maximum(length + swing + entry - target.imag, 0.0)
 
 
 def _mirrored(point: Complex, flip: Float) -> Complex:
