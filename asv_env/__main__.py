@@ -71,11 +71,8 @@ def report() -> str:
     for task in TASKS:
         gym_id, zoo_id = f"asv_env/{task.capitalize()}-v0", f"asv_env/{task}-v0"
         lines += [f"  {task:26} {gym_id:24} {zoo_id}"]
-    lines += [""]
-    for kind, known in {
-        "Scenarios": SCENARIOS, "Presets": PRESETS, "Action modes": ACTION_MODES
-    }.items():  # fmt: skip
-        lines += [f"{kind:13} {', '.join(known)}"]
+    kinds = {"Scenarios": SCENARIOS, "Presets": PRESETS, "Action modes": ACTION_MODES}
+    lines += ["", *(f"{kind:13} {', '.join(known)}" for kind, known in kinds.items())]
     return "\n".join([*lines, USES])
 
 
@@ -90,13 +87,8 @@ def draw(options: Options, path: Path) -> None:
         raise FileExistsError(f"{path} exists; choose another name or add --overwrite")
     import imageio.v3 as imageio  # an extra
 
-    env = asv_env.JointEnv(
-        options.task,
-        options.num_boats,
-        options.scenario,
-        render_mode="rgb_array",
-        preset=options.preset,
-    )
+    names = {"scenario": options.scenario, "preset": options.preset}
+    env = asv_env.JointEnv(options.task, options.num_boats, render_mode="rgb_array", **names)
     env.reset(seed=options.seed)
     imageio.imwrite(path, env.render())
     env.close()

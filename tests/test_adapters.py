@@ -110,10 +110,10 @@ DELIVERED_AT_LAST = ("push", IDLE, {"goal": (0.0, 0.0, 0.0), "time_limit": 0.1})
 
 @adapters
 @pytest.mark.parametrize(
-    ("story", "success"), [(DELIVERED, True), (DELIVERED_AT_LAST, True), (STRAYED, False)]
+    ("case", "success"), [(DELIVERED, True), (DELIVERED_AT_LAST, True), (STRAYED, False)]
 )
-def test_success_and_straying_terminate(run: Callable[..., End], story: Any, success: bool) -> None:
-    task, action, options = story
+def test_success_and_straying_terminate(run: Callable[..., End], case: Any, success: bool) -> None:
+    task, action, options = case
     end = run(task, action, **options)
     assert (end.terminated, end.truncated) == (True, False)
     assert bool(end.info["is_success"]) is success
@@ -131,11 +131,11 @@ def test_the_time_limit_truncates(run: Callable[..., End]) -> None:
 
 
 @adapters
-@pytest.mark.parametrize("story", [STRAYED, TIMED_OUT])
+@pytest.mark.parametrize("case", [STRAYED, TIMED_OUT])
 def test_the_last_observation_is_what_the_world_showed_at_its_end(
-    run: Callable[..., End], story: Any
+    run: Callable[..., End], case: Any
 ) -> None:
-    task, action, options = story
+    task, action, options = case
     simulation = asv_env.Simulation(asv_env.make_params(task, **options))
     simulation.reset(seeds=[0])
     while True:

@@ -62,10 +62,7 @@ class Viewer:
 
     @property
     def closed(self) -> bool:
-        """Whether ``close`` was called, or the user closed the window.
-
-        A closed window stays closed, and ``draw`` does nothing any more.
-        """
+        """Whether the window was closed; it stays closed, and ``draw`` does nothing any more."""
         return self._window.closed
 
     def draw(self, state: State, world: int = 0) -> Frame | None:

@@ -4,12 +4,7 @@ from asv_env.render.canvas import pygame
 
 
 class Window:
-    """A window, opened with the first frame.
-
-    Args:
-        size: (width, height), px.
-        title: what its bar says.
-        fps: frames per second at most.
+    """A window of ``size`` px, opened with the first frame.
 
     Attributes:
         closed: whether ``close`` was called, or the user closed the window.
