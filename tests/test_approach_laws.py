@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from path_strategies import (
-    angles,
-    scales,
-)
+from path_strategies import angles, scales
 from scipy.integrate import quad, solve_ivp
 
 from baselines.paper import braitenberg, brownian, spiral

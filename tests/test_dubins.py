@@ -3,16 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from path_strategies import (
-    MIRROR,
-    arcs,
-    as_path,
-    goals,
-    many_goals,
-    pose_error,
-    radii,
-    scales,
-)
+from path_strategies import MIRROR, arcs, as_path, goals, many_goals, pose_error, radii, scales
 
 from baselines.paper import dubins
 from baselines.paper.arcs import ArcPath

@@ -384,10 +384,7 @@ def test_actions_are_finite_in_any_world(num_boats, task, side, scenario, preset
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [
-        ({"alpha1": np.nan}, "alpha1"),
-        ({"arrival_time": 0.0}, "arrival_time"),
-    ],
+    [({"alpha1": np.nan}, "alpha1"), ({"arrival_time": 0.0}, "arrival_time")],
 )
 def test_bad_arguments_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):

@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from path_strategies import (
-    as_path,
-    curvatures,
-    goals,
-    scales,
-)
+from path_strategies import as_path, curvatures, goals, scales
 
 from asv_env.geometry import wrap
 from baselines.paper import pushing

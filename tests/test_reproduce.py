@@ -8,9 +8,7 @@ import pytest
 
 from baselines.evaluate import statistics
 from baselines.paper.paper_gains import ARRIVAL_TIME, GAINS, IN_RANGE
-from baselines.reproduce import (
-    __main__ as command,
-)
+from baselines.reproduce import __main__ as command
 from baselines.reproduce import (
     artefact,
     comparison_rows,

@@ -1,7 +1,5 @@
 """The push of the paper's controller: two arcs, and the boats that keep the vessel on them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.geometry import direction, xy

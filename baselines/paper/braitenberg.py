@@ -6,8 +6,6 @@ and arctan means arctan2. The printed rule keeps D for ever, so that a boat that
 target is led once round the vessel; see `updated_turn_direction`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

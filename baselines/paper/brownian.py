@@ -6,8 +6,6 @@ and the tangential speed, not their Euclidean norm, which falls to S / sqrt(2) i
 r ~ (1 - exp(-theta / sigma))^sigma, the spiral of Eq (4) only for sigma = 1.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

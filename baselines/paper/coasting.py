@@ -4,8 +4,6 @@ With drag (Y + Yv |v|) v and mass m, a hull that moves sideways at a speed v com
 the distance m / Yv ln(1 + v Yv / Y).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

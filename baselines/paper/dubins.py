@@ -5,8 +5,6 @@ calls maximal curvature S_x/2 is the minimal radius. The car's direction of trav
 -n, psi = h - pi/2, so that a left turn has positive curvature.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Checks of arrays that a caller hands in: errors name the value and the remedy."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -1,7 +1,5 @@
 """Numbers of the paper's controller: those that it prints, and those that it leaves open."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 ARRIVAL_TIME = {"tracking": 80.0, "thrusters": 30.0}

@@ -1,7 +1,5 @@
 """What the team under the paper's controller remembers from tick to tick."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -18,8 +18,6 @@ cannot be used as printed is corrected (see also the modules of the equations):
 * Eq (16) gives magnitudes; the directions are those of Eq (3) about the centre, phi = pi/2.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.geometry import mirrored
@@ -30,13 +28,7 @@ from baselines.paper import braitenberg
 from baselines.paper.arc_following import follow_arcs, plan_arcs, push_steering
 from baselines.paper.coasting import coasting_speed
 from baselines.paper.inputs import finite, positive
-from baselines.paper.paper_gains import (
-    ARRIVAL_TIME,
-    GAINS,
-    IN_RANGE,
-    MEAN_SPEEDS,
-    PaperGains,
-)
+from baselines.paper.paper_gains import ARRIVAL_TIME, GAINS, IN_RANGE, MEAN_SPEEDS, PaperGains
 from baselines.paper.paper_memory import Memory, blank_memory
 from baselines.paper.steering import approach_steering, choose
 from baselines.paper.target_assignment import Assignment, nearest

@@ -5,8 +5,6 @@ the line to the centre, not the vessel's normal (the paper gives none). Boats th
 along the normal need the component of that velocity along -n, `normal_speeds`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -4,8 +4,6 @@ theta is the angular distance of the boat, as seen from the target, from the dir
 which the boats stand off; the spiral is r(theta) = r_pi (1 - exp(-theta / sigma)) (Eq 4).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

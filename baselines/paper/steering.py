@@ -1,7 +1,5 @@
 """The arguments of the steering law, Eq (3), and their values on the approach to a target."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which boat goes to which target."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from asv_env.tasks.formation import assign

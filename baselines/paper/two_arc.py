@@ -11,8 +11,6 @@ alpha_k rho_k > 0, and otherwise alpha_k becomes alpha_k - 2 pi sign(alpha_k). W
 that is the case exactly where the chord c_k is negative.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

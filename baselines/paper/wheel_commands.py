@@ -1,7 +1,5 @@
 """Actions that bring about the steering law, Eq (3), on boats with an autopilot or thrusters."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from asv_env.geometry import wrap, xy

@@ -1,7 +1,5 @@
 """The command line: ``python -m baselines.reproduce``."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """What a run makes: studies (numbers), figures and tables, and the files they become."""
 
-from __future__ import annotations
-
 import inspect
 import json
 from abc import ABC, abstractmethod

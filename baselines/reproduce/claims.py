@@ -1,7 +1,5 @@
 """Claims of the paper that a simulation can test."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

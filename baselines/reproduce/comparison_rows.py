@@ -1,7 +1,5 @@
 """Rows of tables that compare conditions over the same episodes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

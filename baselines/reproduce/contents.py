@@ -1,7 +1,5 @@
 """All artefacts, in the order in which they are made."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from baselines.reproduce import (

@@ -1,7 +1,5 @@
 """Fig. 10 and the table: repeated trials of the experiment, and the paper's own."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any

@@ -1,7 +1,5 @@
 """Figs. 1 and 2: conditional closure, and the quantities that the laws use."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

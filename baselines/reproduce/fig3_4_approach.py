@@ -1,7 +1,5 @@
 """Figs. 3 and 4: the spiral and its heading field, and the swarm of Brownian agents."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -122,12 +120,7 @@ def swarm(job: Job) -> Figure:
         where = (r[tick] * np.exp(1j * alpha[tick])).ravel()
         bins = np.linspace(-1.6, 1.6, 81)
         *_, cells = panel.hist2d(
-            where.real,
-            where.imag,
-            bins=[bins, bins],
-            norm=norm,
-            cmap=style.MAP,
-            rasterized=True,
+            where.real, where.imag, bins=[bins, bins], norm=norm, cmap=style.MAP, rasterized=True
         )
         panel.plot(
             r0 * np.cos(alpha0), r0 * np.sin(alpha0), "o", mfc="none", mec=palette.GREY, ms=3

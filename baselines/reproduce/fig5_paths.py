@@ -1,7 +1,5 @@
 """Fig. 5, and which poses two arcs reach by paths of which length."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figs. 6 to 9: single runs as selected states and as complete trajectories."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -5,8 +5,6 @@ which is also how a run that was stopped continues; what was made with others is
 that is asked for.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict
 from pathlib import Path

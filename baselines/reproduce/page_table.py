@@ -1,7 +1,5 @@
 """The table in a page for readers, between two marks, so that no number there is typed in."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from baselines.evaluate.publish import marks

@@ -1,7 +1,5 @@
 """The environments of the paper's experiment and simulation, and episodes that are run in them."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The scripted policy on paths of two arcs, or on Dubins paths: what the comparison drives."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

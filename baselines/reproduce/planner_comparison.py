@@ -1,7 +1,5 @@
 """Two arcs against the Dubins path: the comparison that the paper leaves to future work."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any

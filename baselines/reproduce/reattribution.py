@@ -1,7 +1,5 @@
 """What the re-attribution of targets is good for: fewer crossing paths, fewer collisions."""
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import combinations
 from typing import Any

@@ -1,7 +1,5 @@
 """Hulls, slots, paths and angles over the plane, which the figures draw. All in metres."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

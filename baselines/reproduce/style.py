@@ -1,7 +1,5 @@
 """The look of all figures: sizes, fonts, colours, and how a figure is saved."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
