@@ -11,7 +11,7 @@ import pytest
 from invented import DEATH, DIES, ODD, SUITE, Page
 
 from asv_env.render import colours
-from baselines.evaluate.report import packing, replay
+from baselines.evaluate.report import cast, packing
 from baselines.evaluate.store import RunKey
 
 CHROMIUM, DRIVER = "/usr/bin/chromium", "/usr/bin/chromedriver"
@@ -60,13 +60,13 @@ def test_headings_are_packed_without_drift_over_many_turns():
 
 def test_first_episodes_are_embedded_and_as_many_failures(report):
     assert report.cast.trivial == ["random"]
-    seeds = replay.chosen(report.results, "calm", report.cast, 2)
+    seeds = cast.chosen(report.results, "calm", report.cast, 2)
     assert seeds[:2] == [10, 11]
     assert len(seeds) <= 4
     judged = [report.results.success("calm", name) for name in ("scripted", ODD)]
     failed = ~np.concatenate(judged).all(axis=0)
     assert all(failed[seed - 10] for seed in seeds[2:])
-    assert replay.chosen(report.results, "calm", report.cast, 99) == list(range(10, 18))
+    assert cast.chosen(report.results, "calm", report.cast, 99) == list(range(10, 18))
 
 
 def test_page_gives_the_number_of_embedded_episodes(report, page):

@@ -11,7 +11,7 @@ from invented import ODD, SUITE, Page
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.report import bars, charts, durations, maps, placement, svg
 from baselines.evaluate.results import Results
-from baselines.evaluate.tables import columns, formats, table
+from baselines.evaluate.tables import columns, descriptions, formats
 
 
 @pytest.fixture(scope="module")
@@ -20,9 +20,15 @@ def page(report):
 
 
 def tables(summary):
-    yield from (table.results(summary), table.measures(summary), table.comparisons(summary))
-    yield table.controls(summary)
-    yield from (table.of_condition(summary, condition) for condition in summary["conditions"])
+    yield from (
+        descriptions.results(summary),
+        descriptions.measures(summary),
+        descriptions.comparisons(summary),
+    )
+    yield descriptions.controls(summary)
+    yield from (
+        descriptions.of_condition(summary, condition) for condition in summary["conditions"]
+    )
 
 
 # What the page is report of
@@ -57,17 +63,17 @@ def test_page_and_markdown_hold_all_cells_of_all_tables(report, page):
 
 
 def test_numbers_are_those_of_the_rows(report):
-    shown = table.results(report.summary)
+    shown = descriptions.results(report.summary)
     line = dict(zip(shown.titles, shown.rows[0], strict=True))
     success = report.results.success("calm", "scripted")
     assert line["success"] == f"{success.mean():.1%}"
     assert sum(map(int, re.findall(r"\d+", line["failures"]))) == (~success).sum()
     distance = 100 * np.median(report.results.column("calm", "scripted", "min_position_error"))
-    assert table.measures(report.summary).rows[0][2] == f"{distance:.2f}"
+    assert descriptions.measures(report.summary).rows[0][2] == f"{distance:.2f}"
 
 
 def test_table_of_the_terminal_has_a_line_a_policy_and_condition(report):
-    lines = table.text_table(report.summary).splitlines()
+    lines = descriptions.text_table(report.summary).splitlines()
     assert len(lines) == 1 + 2 * 3
     assert lines[1].startswith("calm             scripted")
     assert "95 % interval" in lines[0]

@@ -12,7 +12,7 @@ from baselines.evaluate.report import charts, svg
 from baselines.evaluate.request import Request
 from baselines.evaluate.results import Results, frame
 from baselines.evaluate.summary import MEASURES
-from baselines.evaluate.tables import table
+from baselines.evaluate.tables import descriptions
 from baselines.rollout import film
 
 if TYPE_CHECKING:
@@ -96,11 +96,11 @@ class Comparison:
         film.save(path, make, params, self.results.suite.seed)
 
     def __str__(self) -> str:
-        return table.text_table(self.summary)
+        return descriptions.text_table(self.summary)
 
     def _repr_html_(self) -> str:
         """Returns the table of results as a notebook shows it."""
         import pandas as pd
 
-        shown = table.results(self.summary)
+        shown = descriptions.results(self.summary)
         return pd.DataFrame(shown.rows, columns=shown.titles).to_html(index=False)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from baselines.evaluate.results import Results
-from baselines.evaluate.tables import formats, table
+from baselines.evaluate.tables import descriptions, formats
 from baselines.rollout.episodes import Episode
 
 SHOWN = 20
@@ -37,8 +37,8 @@ METHODS = (
 def content(results: Results, summary: Mapping[str, Any]) -> dict[str, Any]:
     """Returns what the templates of both reports show, by the names they use."""
     compared = (
-        (f"Compared with {results.policies[0]}", table.comparisons(summary)),
-        ("Compared with the control", table.controls(summary)),
+        (f"Compared with {results.policies[0]}", descriptions.comparisons(summary)),
+        ("Compared with the control", descriptions.controls(summary)),
     )
     provenance = summary["provenance"]
     return {
@@ -47,7 +47,7 @@ def content(results: Results, summary: Mapping[str, Any]) -> dict[str, Any]:
         "policies": {
             name: _policy(name, fingerprints) for name, fingerprints in summary["policies"].items()
         },
-        "tables": [table.results(summary), table.measures(summary)],
+        "tables": [descriptions.results(summary), descriptions.measures(summary)],
         "comparisons": [(heading, shown) for heading, shown in compared if shown.rows],
         "conditions": _conditions(results, summary),
         "broken": _broken(results),
@@ -90,7 +90,7 @@ def _conditions(results: Results, summary: Mapping[str, Any]) -> list[dict[str, 
                 "name": condition.name,
                 "about": "; ".join(parts),
                 "shares": {p: formats.share(policies[p]["success"]["value"]) for p in policies},
-                "table": table.of_condition(summary, condition.name),
+                "table": descriptions.of_condition(summary, condition.name),
             }
         )
     return described

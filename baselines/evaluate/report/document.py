@@ -13,10 +13,10 @@ from typing import Any
 
 import asv_env
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.report import charts, palette, rendering, replay, svg
+from baselines.evaluate.report import cast, charts, palette, rendering, replay, svg
+from baselines.evaluate.report.cast import Cast
 from baselines.evaluate.report.charts import Chart
 from baselines.evaluate.report.content import content
-from baselines.evaluate.report.replay import Cast
 from baselines.evaluate.report.svg import Svg
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Store
@@ -51,9 +51,9 @@ def write(
         replays: number of first episodes of each condition that the page can replay; up to as many
             later ones are added in which a policy failed.
     """
-    cast = replay.cast(results, summary["policies"])
+    players = cast.find(results, summary["policies"])
     sections = {
-        condition.name: _section(results, store, condition, f"condition-{number}", cast, replays)
+        condition.name: _section(results, store, condition, f"condition-{number}", players, replays)
         for number, condition in enumerate(results.suite.conditions)
     }
     seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
@@ -67,7 +67,7 @@ def write(
         overview=overview,
         sections=sections,
         embedded=_embedded(list(map(len, seeds.values())), results.suite.episodes),
-        world=replay.world(results, cast, seeds),
+        world=replay.world(results, players, seeds),
     )
     paths = [out / name for name in FILES]
     for path, text in zip(paths, (page, rendering.markdown(results, summary)), strict=True):
@@ -76,17 +76,17 @@ def write(
 
 
 def _section(
-    results: Results, store: Store, condition: Condition, name: str, cast: Cast, replays: int
+    results: Results, store: Store, condition: Condition, name: str, players: Cast, replays: int
 ) -> Section:
-    seeds = replay.chosen(results, condition.name, cast, replays)
-    logs = replay.logs(store, condition.name, cast, seeds)
+    seeds = cast.chosen(results, condition.name, players, replays)
+    logs = cast.logs(store, condition.name, players, seeds)
     shown = {
-        policy: [log for player in cast.of(policy) for log in logs[player.key].values()]
+        policy: [log for player in players.of(policy) for log in logs[player.key].values()]
         for policy in results.policies
     }
     with svg.look():
         drawn = [_drawn(chart, name) for chart in charts.of_condition(results, condition, shown)]
-    return Section(drawn, replay.episodes(condition, cast, logs, seeds))
+    return Section(drawn, replay.episodes(condition, players, logs, seeds))
 
 
 def _drawn(chart: Chart, section: str) -> tuple[Chart, Svg]:

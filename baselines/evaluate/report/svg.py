@@ -21,7 +21,7 @@ THEME = {
     palette.BLACK: "currentColor",
     palette.GREY: "var(--muted)",
     palette.PALE: "var(--rule)",
-    "#ffffff": "var(--card)",
+    "#ffffff": "var(--surface)",
 }
 """Colours of figures that are replaced by those of the page."""
 
