@@ -1,0 +1,71 @@
+"""Memory of the environment over a million world-steps: ``python benchmarks/memory.py``.
+
+It exits with 1 if the resident set grows by more than ``LIMIT`` after the first quarter.
+"""
+
+from __future__ import annotations
+
+import math
+import resource
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import tyro
+from subjects import PUSHING, UNCONSTRAINED, Situation, vector_subject
+from tqdm import tqdm
+
+LIMIT = 4.0
+"""Growth of the resident set that still counts as none, MiB."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Watches the resident set over many steps of both situations."""
+
+    worlds: int = 1024
+    """Number of worlds."""
+    steps: int = 1_000_000
+    """Number of world-steps in each situation."""
+
+
+def measure(situation: Situation, options: Options) -> dict[str, Any]:
+    """Returns the resident set at the start and after each quarter, MiB; and its growth."""
+    subject = vector_subject(situation, options.worlds)
+    quarter = math.ceil(options.steps / options.worlds / 4)
+    resident = [resident_mib()]
+    with tqdm(total=4 * quarter, desc=situation.name, unit="step") as bar:
+        for _ in range(4):
+            for _ in range(quarter):
+                subject.step()
+                bar.update()
+            resident.append(resident_mib())
+    row = {"situation": situation.name, "world-steps": 4 * quarter * options.worlds}
+    row |= dict(zip(("start", "1/4", "1/2", "3/4", "end"), resident, strict=True))
+    return row | {"growth": max(resident[2:]) - resident[1]}
+
+
+def resident_mib() -> float:
+    """Returns the resident set of this process, MiB; without /proc, the largest so far."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+    except OSError:
+        unit = 1 if sys.platform == "darwin" else 1024
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 2**20
+    return pages * resource.getpagesize() / 2**20
+
+
+def main(options: Options) -> int:
+    """Measures and prints; returns 1 if memory grew."""
+    rows = pd.DataFrame([measure(situation, options) for situation in (UNCONSTRAINED, PUSHING)])
+    print(rows.to_string(index=False, float_format="{:.1f}".format))
+    grows = bool((rows["growth"] > LIMIT).any())
+    if grows:
+        print(f"Memory grew by more than {LIMIT} MiB.", file=sys.stderr)
+    return int(grows)
+
+
+if __name__ == "__main__":
+    sys.exit(main(tyro.cli(Options)))

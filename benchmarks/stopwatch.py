@@ -1,0 +1,98 @@
+"""The time that an environment's steps spend in ``pymunk.Space.step``."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import pymunk
+
+
+@dataclass
+class Sample:
+    """One measurement.
+
+    Attributes:
+        steps: number of steps of all worlds.
+        seconds: duration, without the stopwatch's own time.
+        bare: part of it that was spent in ``Space.step``, s.
+        touching: fraction of the boats that touch something at its end.
+    """
+
+    steps: int
+    seconds: float
+    bare: float = 0.0
+    touching: float = 0.0
+
+
+class Stopwatch:
+    """Adds up the time spent in a function.
+
+    Attributes:
+        seconds: so far, with the part of the overhead that falls between the readings.
+        calls: so far.
+    """
+
+    def __init__(self) -> None:
+        self.seconds, self.calls = 0.0, 0
+        self._inside, self._whole = self._overhead()
+
+    def around(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Returns the function, timed."""
+
+        @functools.wraps(function)
+        def timed(*arguments: Any) -> Any:
+            start = time.perf_counter()
+            result = function(*arguments)
+            self.seconds += time.perf_counter() - start
+            self.calls += 1
+            return result
+
+        return timed
+
+    def restart(self) -> None:
+        """Sets time and calls to zero."""
+        self.seconds, self.calls = 0.0, 0
+
+    def sample(self, steps: int, seconds: float, touching: float) -> Sample:
+        """Returns a measurement, with the time of the stopwatch itself taken off."""
+        bare = self.seconds - self.calls * self._inside
+        return Sample(steps, seconds - self.calls * self._whole, bare, touching)
+
+    def _overhead(self, tries: int = 20, calls: int = 20_000) -> tuple[float, float]:
+        """Returns the additional seconds of a call: between the two readings, and in all."""
+
+        def nothing(space: object, dt: float) -> None:
+            pass
+
+        timed, inside, whole, plain = self.around(nothing), [], [], []
+        for _ in range(tries):
+            self.restart()
+            plain.append(_duration(nothing, calls))
+            whole.append(_duration(timed, calls))
+            inside.append(self.seconds)
+        self.restart()
+        # The fastest try is the one that the rest of the machine disturbed least.
+        return (min(inside) - min(plain)) / calls, (min(whole) - min(plain)) / calls
+
+
+def _duration(function: Callable[[object, float], object], calls: int) -> float:
+    start = time.perf_counter()
+    for _ in range(calls):
+        function(None, 0.0)
+    return time.perf_counter() - start
+
+
+@contextlib.contextmanager
+def timed_space_steps() -> Iterator[Stopwatch]:
+    """Wraps ``pymunk.Space.step``; environments made inside are timed."""
+    original, watch = pymunk.Space.step, Stopwatch()
+    pymunk.Space.step = watch.around(original)  # type: ignore[method-assign]
+    try:
+        yield watch
+    finally:
+        pymunk.Space.step = original  # type: ignore[method-assign]
