@@ -61,17 +61,15 @@ class Options:
         return Job(self.seed, self.trials, self.episodes)
 
 
-def reproduce(options: Options) -> str:
-    """Makes what is missing, writes each artefact as soon as it is made, and returns a summary.
+def missing(options: Options, folder: OutputFolder) -> dict[str, Artefact]:
+    """Returns the artefacts that are still to be made.
 
     Raises:
-        ValueError: the record in the folder cannot be read.
         FileExistsError: files are there that were made in another way, and are not to be replaced.
     """
-    folder = OutputFolder(options.out, options.job)
     wanted = contents.selection(options.only)
-    missing = {name: one for name, one in wanted.items() if not folder.holds(name, one)}
-    present = [file for name, one in missing.items() for file in folder.in_the_way(name, one)]
+    found = {name: one for name, one in wanted.items() if not folder.holds(name, one)}
+    present = [file for name, one in found.items() for file in folder.in_the_way(name, one)]
     if (options.out / CAPTIONS).exists() and not folder.known:
         present.append(CAPTIONS)
     if present and not options.overwrite:
@@ -79,35 +77,39 @@ def reproduce(options: Options) -> str:
             f"{options.out} holds {', '.join(present)} already, made with other options or other "
             "code: choose another folder with --out, or replace them with --overwrite"
         )
-    _make(missing, folder, options)
-    (options.out / CAPTIONS).write_text(contents.captions(folder.made()))
-    if options.page is not None:
-        table = json.loads((options.out / f"{TABLE}.json").read_text())
-        options.page.write_text(page_table.updated(options.page.read_text(), table))
-    kept = len(wanted) - len(missing)
-    return f"{options.out}: {len(missing)} made, {kept} kept. See {CAPTIONS} there."
+    return found
 
 
-def _make(missing: dict[str, Artefact], folder: OutputFolder, options: Options) -> None:
+def make(artefacts: dict[str, Artefact], options: Options, folder: OutputFolder) -> None:
+    """Makes artefacts and writes each as soon as it is made, then the page of captions."""
     options.out.mkdir(parents=True, exist_ok=True)
     bar: tqdm[tuple[str, Artefact]]
-    with tqdm(missing.items(), unit="artefact", file=sys.stderr) as bar:
+    with tqdm(artefacts.items(), unit="artefact", file=sys.stderr) as bar:
         for name, artefact in bar:
             bar.set_description(name)
             folder.begin(name)
             artefact.build(name, options.job, options.out)
             folder.finish(name)
+    (options.out / CAPTIONS).write_text(contents.captions(folder.made()))
+    if options.page is not None:
+        table = json.loads((options.out / f"{TABLE}.json").read_text())
+        options.page.write_text(page_table.updated(options.page.read_text(), table))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Runs the command line; exits with a message where something is wrong."""
+    """Runs the command line; exits with a message where an option is wrong."""
     try:
         options = tyro.cli(Options, args=arguments, prog=PROGRAM)
-        print(reproduce(options))
+        folder = OutputFolder(options.out, options.job)
+        artefacts = missing(options, folder)
     except (ValueError, OSError) as error:
         sys.exit(f"{PROGRAM}: {error}")
+    kept = len(contents.selection(options.only)) - len(artefacts)
+    try:
+        make(artefacts, options, folder)
     except KeyboardInterrupt:
         sys.exit(f"{PROGRAM}: stopped; what was made is kept, the same command continues")
+    print(f"{options.out}: {len(artefacts)} made, {kept} kept. See {CAPTIONS} there.")
 
 
 if __name__ == "__main__":
