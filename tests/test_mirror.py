@@ -1,4 +1,4 @@
-"""A team that pushes from the side away from the goal sees the same world in a mirror."""
+"""A team that pushes from the side away from the goal sees the mirror image of the world."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_the_goal_is_ahead_when_an_episode_begins():
 
 
 @pytest.mark.parametrize("scenario", ["nominal", "failure"])
-def test_slots_and_closure_are_told_on_the_other_side_as_on_the_own(scenario):
+def test_slots_and_closure_follow_the_same_rules_on_both_sides(scenario):
     own, other = (
         Driven(
             make_params("transport", scenario=scenario, side=side, goal=(0.2, 0.6, 0.5)), range(4)

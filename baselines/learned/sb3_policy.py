@@ -1,7 +1,7 @@
 """Policies that stable-baselines3 has saved.
 
-Its files hold pickled Python objects: reading one runs whatever code is in it, so read only those
-whose source you trust.
+Such a file holds pickled Python objects. Reading it runs whatever code is in it, so only files from
+a trusted source should be read.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from asv_env.types import Action, Bool, Observation, Sensed
 
 
 class Sb3Policy:
-    """The deterministic policy in a stable-baselines3 zip, of whichever algorithm.
+    """The deterministic policy of a stable-baselines3 model, whatever its algorithm.
 
-    It either maps the observation (K,) of one boat to its action (2,), as trained on
+    It maps either the observation (K,) of one boat to its action (2,), as trained on
     ``BoatVecEnv``, or that of the team (A, K) to (A, 2), as trained on ``gym.make``. Recurrent
     policies keep their state in the memory. Each world has a forward pass of its own, so that
     its actions do not depend on the batch.
 
-    Such a file does not say for which task and which kind of action it was trained, nor whether
-    its observations were normalised (``VecNormalize``): the environment has to be the same.
+    The file does not record the task, the kind of action or a normalisation of observations
+    (``VecNormalize``): the environment must be that of the training.
 
     Args:
-        path: of the zip.
-        params: of the environment.
+        path: file of the model (``.zip``).
+        params: parameters of the environment.
 
     Raises:
-        ValueError: not such a file, or spaces that do not match.
-        FileNotFoundError: there is none.
+        ValueError: the file is not a model, or its spaces do not match.
+        FileNotFoundError: there is no such file.
         ImportError: stable-baselines3 is not installed.
     """
 
@@ -48,20 +48,20 @@ class Sb3Policy:
         try:
             saved, weights, _ = load_from_zip_file(path, device="cpu")
             data: dict[str, Any] = saved or {}
-            observes, acts = data["observation_space"], data["action_space"]
-            _check_spaces(path, observes, acts, params)
+            inputs, outputs = data["observation_space"], data["action_space"]
+            _check_spaces(path, inputs, outputs, params)
             options = {**data["policy_kwargs"], **({"use_sde": True} if data["use_sde"] else {})}
-            self._policy = data["policy_class"](observes, acts, lambda _: 0.0, **options)
+            self._policy = data["policy_class"](inputs, outputs, lambda _: 0.0, **options)
             self._policy.load_state_dict(weights["policy"])
         except (KeyError, TypeError, RuntimeError, AttributeError, EOFError, PickleError) as error:
             raise ValueError(f"{path} is not a saved stable-baselines3 model: {error}") from error
         self._policy.set_training_mode(False)
-        self._joint = len(observes.shape) > 1
+        self._joint = len(inputs.shape) > 1
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
     ) -> tuple[Action, Any]:
-        """See ``Policy.act``. Remembers a recurrent policy's state for each world."""
+        """See ``Policy.act``; the memory is the state of a recurrent policy in each world."""
         states = memory or [None] * len(fresh)
         rows = 1 if self._joint else observation.shape[1]
         decided = [
@@ -72,13 +72,14 @@ class Sb3Policy:
         return action, [state for _, state in decided]
 
 
-def _check_spaces(path: Path, observes: Any, acts: Any, params: EnvParams) -> None:
+def _check_spaces(path: Path, inputs: Any, outputs: Any, params: EnvParams) -> None:
+    """Refuses spaces that are neither those of a boat nor those of the team."""
     columns = len(column_names(features(params)))
     boat, team = (columns,), (params.num_boats, columns)
     spaces = {boat: (2,), team: (params.num_boats, 2)}
-    if spaces.get(observes.shape) != acts.shape:
+    if spaces.get(inputs.shape) != outputs.shape:
         known = " or ".join(f"{before} -> {after}" for before, after in spaces.items())
         raise ValueError(
-            f"{path} maps observations {observes.shape} to actions {acts.shape}; with "
+            f"{path} maps observations {inputs.shape} to actions {outputs.shape}; with "
             f"{params.num_boats} boats it must be {known}"
         )
