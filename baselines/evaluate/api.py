@@ -40,7 +40,7 @@ def compare(
     *,
     task: Any = None,
     workers: int | None = None,
-    num_envs: int = 32,
+    num_envs: int = 64,
     replays: int | None = None,
     record: bool = False,
     overwrite: bool = False,

@@ -55,7 +55,7 @@ class Options:
     workers: int | None = None
     """Number of processes, by default one a core; 0 runs everything in this one, for a debugger.
     It changes no number."""
-    num_envs: int = 32
+    num_envs: int = 64
     """Number of worlds side by side in a process. It changes no number."""
     out: Path | None = None
     """Folder of the run; by default below runs."""
