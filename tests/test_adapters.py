@@ -211,7 +211,7 @@ def learned_value(env: BoatVecEnv) -> float:
         seed=0,
         device="cpu",
     )
-    model.learn(50 * 20 * env.num_envs)
+    model.learn(30 * 20 * env.num_envs)
     seen = [env.reset()]
     while not (step := env.step(np.stack([env.action_space.sample()] * env.num_envs)))[2].any():
         seen.append(step[0])

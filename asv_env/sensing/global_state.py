@@ -89,11 +89,6 @@ def global_state_bound(num_boats: int) -> Observation:
     return np.concatenate(bounds).astype(np.float32)
 
 
-def global_state_size(num_boats: int) -> int:
-    """Returns S, the number of values for a team."""
-    return len(global_state_bound(num_boats))
-
-
 def global_state(state: State, params: EnvParams) -> Observation:
     """Returns the global state (W, S) of every world, float32, within +-``global_state_bound``.
 
