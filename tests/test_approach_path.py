@@ -25,8 +25,8 @@ def hull_distance(boat):
     return np.hypot(np.maximum(x, 0), np.maximum(y, 0)) + np.minimum(np.maximum(x, y), 0)
 
 
-def random_starts(count, seed, room=0.03):
-    """Starts outside the inflated hull, half of them within 0.6 m of its centre."""
+def random_positions(count, seed, room=0.03):
+    """Initial positions outside the inflated hull, half of them within 0.6 m of its centre."""
     rng = np.random.default_rng(seed)
     reach = np.where(rng.random(20 * count) < 0.5, 0.6, 1.5)
     boat = reach * (rng.uniform(-1, 1, 20 * count) + 1j * rng.uniform(-1, 1, 20 * count))
@@ -74,7 +74,7 @@ def sail(start, bow, slot, *, gain=4.0, dt=0.05, speed=0.03, goal_time=None):
 
 
 def test_boats_arrive_together_and_none_through_the_hull():
-    voyage = sail(*random_starts(500, seed=1), goal_time=80.0)
+    voyage = sail(*random_positions(500, seed=1), goal_time=80.0)
     assert np.isfinite(voyage.arrival).all()
     assert voyage.gap.min() > 0.0
     under_way = voyage.planned > 0.15
@@ -84,7 +84,7 @@ def test_boats_arrive_together_and_none_through_the_hull():
 
 
 def test_boats_arrive_bow_first_at_constant_speed():
-    voyage = sail(*random_starts(300, seed=2), gain=6.0, speed=0.05)
+    voyage = sail(*random_positions(300, seed=2), gain=6.0, speed=0.05)
     assert np.isfinite(voyage.arrival).all()
     assert voyage.gap.min() > 0.0
     far = voyage.planned > 0.3
@@ -92,7 +92,7 @@ def test_boats_arrive_bow_first_at_constant_speed():
 
 
 def test_path_length_is_exact_for_a_boat_that_follows_the_course():
-    start, _, slot = random_starts(200, seed=3, room=0.0)
+    start, _, slot = random_positions(200, seed=3, room=0.0)
     course, _ = PATH.course(start, slot, PATH.turn_direction(start, slot))
     voyage = sail(start, course, slot, gain=12.0, dt=0.03, speed=0.05)
     left = voyage.planned - voyage.travelled
@@ -104,7 +104,7 @@ def test_path_length_is_exact_for_a_boat_that_follows_the_course():
 @pytest.mark.parametrize("sigma", [0.5, 1.0, 3.0])
 def test_course_is_the_mirror_image_of_the_mirrored_boat(sigma):
     path = ApproachPath(LENGTH, WIDTH, CLEARANCE, END, sigma)
-    start, _, slot = random_starts(2000, seed=4)
+    start, _, slot = random_positions(2000, seed=4)
     around = path.turn_direction(start, slot)
     np.testing.assert_array_equal(path.turn_direction(-start.conj(), -slot.conj()), 1 - around)
     for chosen in (around, np.ones_like(around)):
@@ -115,10 +115,10 @@ def test_course_is_the_mirror_image_of_the_mirrored_boat(sigma):
 
 
 def test_the_kept_way_round_is_the_shorter_one():
-    start, _, slot = random_starts(2000, seed=6)
+    start, _, slot = random_positions(2000, seed=6)
     kept = PATH.turn_direction(start, slot)
-    one, other = (PATH.course(start, slot, around)[1] for around in (kept, 1 - kept))
-    assert (one <= other).all()
+    shorter, longer = (PATH.course(start, slot, around)[1] for around in (kept, 1 - kept))
+    assert (shorter <= longer).all()
 
 
 def test_boat_beside_the_end_descends_straight():
@@ -130,15 +130,15 @@ def test_boat_beside_the_end_descends_straight():
 
 
 def test_course_jumps_only_where_the_spiral_begins():
-    """Along the track of a boat that follows it through every stage."""
+    """Along the path of a boat that follows it through every stage."""
     for slot in SLOTS[2:]:
-        boat, track = 0.5 - 0.6j, []
+        boat, courses = 0.5 - 0.6j, []
         around = PATH.turn_direction(np.array(boat), slot)
         while abs(boat - slot) > 0.002:
             course, _ = PATH.course(np.array(boat), slot, around)
-            track.append(complex(course))
+            courses.append(complex(course))
             boat = boat + 0.002 * complex(course)
-        jumps = np.abs(np.angle(np.array(track[1:]) / track[:-1]))
+        jumps = np.abs(np.angle(np.array(courses[1:]) / courses[:-1]))
         assert jumps.max() < 1.0
         assert np.sum(jumps > 0.1) <= 1
 
@@ -152,7 +152,7 @@ def test_kept_sense_is_obeyed():
 
 
 def test_batch_axes_are_free():
-    boat = random_starts(24, seed=5)[0].reshape(6, 4)
+    boat = random_positions(24, seed=5)[0].reshape(6, 4)
     around = PATH.turn_direction(boat, SLOTS)
     course, left = PATH.course(boat, SLOTS, around)
     assert course.shape == left.shape == around.shape == (6, 4)

@@ -143,7 +143,7 @@ def test_speeds_are_relative_to_the_vessel(team):
 
 
 def test_the_water_past_the_hull_is_noticed(team):
-    """A boat that points across the hull and is carried along it leans against the stream."""
+    """A boat that points across the hull and is carried along it turns against the stream."""
     state, stream = team[0].state, 0.01
     motion = state.motion.copy()
     motion[0, 1:, 3] += stream
@@ -154,7 +154,7 @@ def test_the_water_past_the_hull_is_noticed(team):
     assert (action[:, 1] < 0).all()
 
 
-def test_boats_stand_aside_of_a_failed_one_in_the_row(team):
+def test_boats_step_aside_from_a_failed_one_in_the_row(team):
     simulation, _ = team
     state = simulation.state
     order = np.argsort(state.slot[0].real)
@@ -166,9 +166,9 @@ def test_boats_stand_aside_of_a_failed_one_in_the_row(team):
     target = np.where(works, 0, relations.boat)
     target[works] = points[np.argsort(np.argsort(state.slot[works].real))]
     width, limit = simulation.params.boat.width, MAX_SIDESTEP * simulation.params.task.slot_distance
-    aside = sidestep(target, relations.boat, ~works, width, limit)[0, order].real
+    shift = sidestep(target, relations.boat, ~works, width, limit)[0, order].real
     gaps = target[0, order].real - relations.boat[0, order[2]].real
     crowded = (np.abs(gaps) < simulation.params.boat.width) & works[0, order]
     assert crowded.any()
-    assert (np.sign(aside) == np.where(crowded, np.sign(gaps), 0)).all()
-    assert np.abs(aside).max() < simulation.params.task.slot_distance
+    assert (np.sign(shift) == np.where(crowded, np.sign(gaps), 0)).all()
+    assert np.abs(shift).max() < simulation.params.task.slot_distance

@@ -1,4 +1,4 @@
-"""The preview steering against optimal control that is computed another way."""
+"""The LQR with preview against optimal control that is computed another way."""
 
 from dataclasses import replace
 
@@ -67,7 +67,7 @@ def best_wrench(vessel, tolerances, speed, deviation, curvature, cells):
     """First wrench (2,) of the sequence that costs least, by least squares over all of it.
 
     Args:
-        vessel: that is steered.
+        vessel: that is controlled.
         tolerances: what the cost is made of.
         speed: m/s.
         deviation: (4,) now.
@@ -76,9 +76,9 @@ def best_wrench(vessel, tolerances, speed, deviation, curvature, cells):
     """
     look = lqr.PREVIEW_STEP * vessel.length / NOMINAL_LENGTH
     ahead = np.repeat(np.concatenate([curvature, np.zeros(7 * PREVIEW_POINTS)]), cells)
-    system = np.zeros((7, 7))
-    system[:4] = jacobian(vessel, speed) * look / cells
-    moves = expm(system)[:4]
+    extended = np.zeros((7, 7))
+    extended[:4] = jacobian(vessel, speed) * look / cells
+    system = expm(extended)[:4]
     weights = np.array([1 / tolerances.cross_track, 1 / tolerances.heading])
     effort = efforts(vessel, tolerances)
     used = effort > 0
@@ -86,8 +86,8 @@ def best_wrench(vessel, tolerances, speed, deviation, curvature, cells):
     free, forced = deviation, np.zeros((4, steps * controls))
     deviations, influences = [], []
     for step, bend in enumerate(ahead):
-        free, forced = moves[:, :4] @ free + moves[:, 6] * bend, moves[:, :4] @ forced
-        forced[:, step * controls : (step + 1) * controls] += moves[:, 4:6][:, used]
+        free, forced = system[:, :4] @ free + system[:, 6] * bend, system[:, :4] @ forced
+        forced[:, step * controls : (step + 1) * controls] += system[:, 4:6][:, used]
         deviations.append(weights * free[:2])
         influences.append(weights[:, None] * forced[:2])
     influence = np.concatenate(influences)
@@ -97,21 +97,21 @@ def best_wrench(vessel, tolerances, speed, deviation, curvature, cells):
     return wrench
 
 
-def feedback(steered, speed):
+def feedback(controller, speed):
     """Gains (2, 4) of the deviation at one speed."""
     straight = np.zeros((4, PREVIEW_POINTS))
-    return -steered.wrench(np.full(4, speed), np.eye(4), straight).T
+    return -controller.wrench(np.full(4, speed), np.eye(4), straight).T
 
 
-def follow(vessel, steered, speed, bends, looks=True, seconds=60.0, dt=0.02):
+def follow(vessel, controller, speed, bends, looks=True, seconds=60.0, dt=0.02):
     """Deviations (T, 4) and wrenches (T, 2) of a vessel that enters a bend after 20 s.
 
     One that does not look ahead expects the path to go on as it is.
     """
     entry, state, states, wrenches = 20.0, np.zeros(4), [], []
     for time in np.arange(0.0, seconds, dt):
-        seen = np.where(time + looks * steered.preview_times >= entry, bends, 0.0)
-        wrenches.append(steered.wrench(np.array([speed]), state[None], seen[None])[0])
+        seen = np.where(time + looks * controller.preview_times >= entry, bends, 0.0)
+        wrenches.append(controller.wrench(np.array([speed]), state[None], seen[None])[0])
         states.append(state)
         state = state + dt * rates(vessel, speed, state, wrenches[-1], bends * (time >= entry))
     return np.array(states), np.array(wrenches)
@@ -123,7 +123,7 @@ def follow(vessel, steered, speed, bends, looks=True, seconds=60.0, dt=0.02):
 def test_wrench_is_the_first_of_the_cheapest_sequence(team, tolerances, speed):
     """At speeds of the table and between them, on paths of any bends."""
     rng, vessel = np.random.default_rng(team), vessel_of(team)
-    steered = PreviewLqr(vessel, tolerances)
+    controller = PreviewLqr(vessel, tolerances)
     for _ in range(2):
         deviation = rng.uniform(-1, 1, 4) * [0.05, 0.2, 0.01, 0.05]
         curvature = np.repeat(rng.uniform(-2, 2, PREVIEW_POINTS // 4), 4) / vessel.length
@@ -131,20 +131,20 @@ def test_wrench_is_the_first_of_the_cheapest_sequence(team, tolerances, speed):
             best_wrench(vessel, tolerances, speed, deviation, curvature, cells) for cells in (1, 2)
         )
         expected = 2 * fine - coarse  # The error of the first order in the step is gone.
-        wrench = steered.wrench(np.array([speed]), deviation[None], curvature[None])[0]
+        wrench = controller.wrench(np.array([speed]), deviation[None], curvature[None])[0]
         error = np.abs(wrench - expected)
         assert (error <= 0.03 * (np.abs(expected) + efforts(vessel, tolerances))).all()
 
 
 def test_no_force_is_asked_where_none_can_be_exerted():
     rng = np.random.default_rng(0)
-    steered = PreviewLqr(vessel_of(2), UNCAGED)
+    controller = PreviewLqr(vessel_of(2), UNCAGED)
     arguments = (
         rng.uniform(0, 0.1, 50),
         rng.normal(size=(50, 4)),
         rng.normal(size=(50, PREVIEW_POINTS)),
     )
-    wrench = steered.wrench(*arguments)
+    wrench = controller.wrench(*arguments)
     np.testing.assert_array_equal(wrench[:, 0], 0.0)
     assert (wrench[:, 1] != 0).all()
 
@@ -152,22 +152,22 @@ def test_no_force_is_asked_where_none_can_be_exerted():
 @pytest.mark.parametrize("tolerances", [CAGED, UNCAGED], ids=["caged", "uncaged"])
 def test_mirror_image(tolerances):
     rng = np.random.default_rng(0)
-    steered = PreviewLqr(vessel_of(4), tolerances)
+    controller = PreviewLqr(vessel_of(4), tolerances)
     speed = rng.uniform(0, 0.1, 20)
     deviation, curvature = rng.normal(size=(20, 4)), rng.normal(size=(20, PREVIEW_POINTS))
-    wrench = steered.wrench(speed, deviation, curvature)
-    np.testing.assert_array_equal(steered.wrench(speed, -deviation, -curvature), -wrench)
+    wrench = controller.wrench(speed, deviation, curvature)
+    np.testing.assert_array_equal(controller.wrench(speed, -deviation, -curvature), -wrench)
 
 
 def test_wrench_changes_steadily_with_the_speed():
     """No jump at a speed of the table, and the same beyond its ends."""
-    steered = PreviewLqr(vessel_of(4), CAGED)
+    controller = PreviewLqr(vessel_of(4), CAGED)
     deviation, curvature = np.array([0.03, 0.1, 0.01, 0.05]), np.full(PREVIEW_POINTS, 2.0)
 
     def at(speeds):
         speeds = np.asarray(speeds)
         shape = (len(speeds), 1)
-        return steered.wrench(speeds, np.tile(deviation, shape), np.tile(curvature, shape))
+        return controller.wrench(speeds, np.tile(deviation, shape), np.tile(curvature, shape))
 
     np.testing.assert_allclose(at(SPEEDS - 1e-12), at(SPEEDS + 1e-12), rtol=1e-6)
     below, above = at([-0.05, 0.0, SPEEDS[0]]), at([SPEEDS[-1], 1.0])
@@ -180,11 +180,11 @@ def test_wrench_changes_steadily_with_the_speed():
 @pytest.mark.parametrize("tolerances", [CAGED, UNCAGED], ids=["caged", "uncaged"])
 def test_every_vessel_is_stable_at_every_speed(team, drag, tolerances):
     vessel = vessel_of(team, water={"drag": drag})
-    steered = PreviewLqr(vessel, tolerances)
+    controller = PreviewLqr(vessel, tolerances)
     exerts = np.array([tolerances.force > 0, 1.0])
     for speed in np.geomspace(SPEEDS[0], SPEEDS[-1], 25):
-        moves = jacobian(vessel, speed)
-        closed = moves[:, :4] - moves[:, 4:6] * exerts @ feedback(steered, speed)
+        system = jacobian(vessel, speed)
+        closed = system[:, :4] - system[:, 4:6] * exerts @ feedback(controller, speed)
         assert np.linalg.eigvals(closed).real.max() < 0
 
 
@@ -203,11 +203,11 @@ def test_vessel_settles_near_a_circle(team, tolerances):
 @pytest.mark.parametrize("tolerances", [CAGED, UNCAGED], ids=["caged", "uncaged"])
 def test_looking_ahead_pays_in_a_bend(team, tolerances):
     vessel = vessel_of(team)
-    steered, bends = PreviewLqr(vessel, tolerances), 1.5 / vessel.length
+    controller, bends = PreviewLqr(vessel, tolerances), 1.5 / vessel.length
     used = efforts(vessel, tolerances) > 0
 
     def cost(looks):
-        states, wrenches = follow(vessel, steered, 0.06, bends, looks)
+        states, wrenches = follow(vessel, controller, 0.06, bends, looks)
         deviations = states[:, :2] / [tolerances.cross_track, tolerances.heading]
         exerted = wrenches[:, used] / efforts(vessel, tolerances)[used]
         costs = (deviations**2).sum(axis=1) + (exerted**2).sum(axis=1)

@@ -23,14 +23,14 @@ NOISE = ["nominal", "noisy"]
 
 def watch(params, ticks, worlds=8, motions=None):
     """Errors (T, W, 6) of observer and sensors' filter, and drifts (T, W); the boats are off."""
-    sim, known = Simulation(params, worlds), VesselObserver(params)
+    sim, kalman = Simulation(params, worlds), VesselObserver(params)
     sim.reset(seeds=range(worlds)) if motions is None else begin_at(sim, motions)
     memory, idle = VesselMemory.empty(worlds), np.zeros(worlds, dtype=bool)
-    known.restart(sim.sensed, memory, ~idle)
+    kalman.restart(sim.sensed, memory, ~idle)
     own, filtered, drifts = [], [], []
     for _ in range(ticks):
         sim.step(np.zeros_like(sim.state.thrust))
-        known.update(sim.sensed, memory, idle)
+        kalman.update(sim.sensed, memory, idle)
         own.append(errors(memory.motion, sim))
         filtered.append(errors(sim.sensed.estimate[:, 0], sim))
         drifts.append(memory.drift)
@@ -95,10 +95,10 @@ def test_episode_begins_at_rest_from_its_first_measurement():
     params = make_params("push", scenario="noisy")
     sim = Simulation(params, 3)
     sim.reset(seeds=range(3))
-    known = VesselObserver(params)
+    kalman = VesselObserver(params)
     memory = VesselMemory.empty(3)
     memory.motion[:], memory.drift[:], memory.force[:] = 9.0, 9.0, 9.0
-    known.restart(sim.sensed, memory, np.array([True, False, True]))
+    kalman.restart(sim.sensed, memory, np.array([True, False, True]))
     for world in (0, 2):
         np.testing.assert_array_equal(memory.motion[world, :3], sim.sensed.measured[world, 0, :3])
         np.testing.assert_array_equal(memory.motion[world, 3:], 0.0)
@@ -113,11 +113,11 @@ def kalman_gain(acceleration, noise, dt):
     The acceleration is white; its mean over a tick has this standard deviation.
     """
     fine, error, seen = 100, np.eye(2), np.diag(np.square(noise))
-    moves = np.array([[1.0, dt / fine], [0.0, 1.0]])
+    transition = np.array([[1.0, dt / fine], [0.0, 1.0]])
     walk = np.diag([0.0, acceleration**2 * dt**2 / fine])
     for _ in range(400):
         for _ in range(fine):
-            error = moves @ error @ moves.T + walk
+            error = transition @ error @ transition.T + walk
         gain = error @ np.linalg.inv(error + seen)
         error = (np.eye(2) - gain) @ error
     return gain
@@ -127,7 +127,7 @@ def test_corrections_are_those_of_the_kalman_filter():
     params = make_params("push", scenario="noisy")
     sim, touch, noise = Simulation(params), 1e-3, params.sensors
     sim.reset(seeds=[0])
-    known = VesselObserver(params)
+    kalman = VesselObserver(params)
     linear = kalman_gain(
         observer.ACCELERATION, [noise.position_noise, noise.speed_noise], 1 / params.clock.control
     )
@@ -140,7 +140,7 @@ def test_corrections_are_those_of_the_kalman_filter():
         for column, entry in enumerate((axis, 3 + axis)):
             memory, measured = VesselMemory.empty(1), np.zeros_like(sim.sensed.measured)
             measured[0, 0, entry] = touch
-            known.update(replace(sim.sensed, measured=measured), memory, np.zeros(1, dtype=bool))
+            kalman.update(replace(sim.sensed, measured=measured), memory, np.zeros(1, dtype=bool))
             corrections = memory.motion[0, [axis, 3 + axis]] / touch
             np.testing.assert_allclose(corrections, expected[:, column], rtol=2e-2)
 
@@ -161,10 +161,10 @@ def test_expected_acceleration_is_that_of_the_physics(drag):
     begin_at(sim, list(motions))
     sim.step(np.zeros_like(sim.state.thrust))
     acceleration = hz * (sim.state.motion[:, 0, 3:] - motions[:, 0, 3:])
-    known = VesselObserver(params)
+    kalman = VesselObserver(params)
     memory = VesselMemory.empty(worlds)
     memory.motion[:], memory.drift[:] = motions[:, 0], 0.012 * np.exp(1j * heading)
-    np.testing.assert_allclose(known.acceleration(memory), acceleration, atol=2e-4)
+    np.testing.assert_allclose(kalman.acceleration(memory), acceleration, atol=2e-4)
     assert (rms(acceleration, 0) > 0.01).all()
 
 
@@ -177,18 +177,18 @@ def test_wrench_that_balances_the_drag_changes_nothing(heading, surge, sway, eas
     drag = -water.damped(
         np.zeros((1, 3)), through_water, linear, quadratic, np.zeros((1, 3)), np.ones((1, 3))
     )[0]
-    known = VesselObserver(params)
+    kalman = VesselObserver(params)
     memory = VesselMemory.empty(1)
     memory.drift[:] = east + 1j * north
     velocity = memory.drift[0] + (surge + 1j * sway) * np.exp(1j * heading)
     memory.motion[0] = [1.0, -2.0, heading, velocity.real, velocity.imag, yaw_rate]
     memory.force[:], memory.moment[:] = drag[0] + 1j * drag[1], drag[2]
-    np.testing.assert_allclose(known.acceleration(memory), 0.0, atol=1e-12)
+    np.testing.assert_allclose(kalman.acceleration(memory), 0.0, atol=1e-12)
     memory.force += 0.01
     memory.moment += 0.002
     ahead = 0.01 / vessel.total_mass * np.exp(1j * heading)
     expected = [ahead.real, ahead.imag, 0.002 / vessel.total_inertia]
-    np.testing.assert_allclose(known.acceleration(memory)[0], expected, atol=1e-12)
+    np.testing.assert_allclose(kalman.acceleration(memory)[0], expected, atol=1e-12)
 
 
 # ---------------------------------------------------------------------- drift
@@ -211,10 +211,10 @@ def test_drift_of_a_free_vessel_becomes_the_current(scenario, heading, speed):
 
 def test_drift_is_learnt_only_of_a_vessel_that_is_left_alone():
     params = make_params("push", 2, "current")
-    sim, known = Simulation(params, 3), VesselObserver(params)
+    sim, kalman = Simulation(params, 3), VesselObserver(params)
     sim.reset(seeds=range(3))
     memory = VesselMemory.empty(3)
-    known.restart(sim.sensed, memory, np.ones(3, dtype=bool))
+    kalman.restart(sim.sensed, memory, np.ones(3, dtype=bool))
     pushing = np.array([True, False, False])
     touching = np.zeros((3, 2, 2), dtype=bool)
     touching[1, 1, 0] = True
@@ -222,19 +222,19 @@ def test_drift_is_learnt_only_of_a_vessel_that_is_left_alone():
         moved = sim.sensed.measured.copy()
         moved[:, 0, 0] += 0.01
         moved[:, 0, 3] += 0.01
-        known.update(replace(sim.sensed, measured=moved, touching=touching), memory, pushing)
+        kalman.update(replace(sim.sensed, measured=moved, touching=touching), memory, pushing)
     np.testing.assert_array_equal(memory.drift[:2], 0)
     assert memory.drift[2].real > 0
 
 
 def test_other_boats_that_touch_each_other_do_not_matter():
     params = make_params("push", 2, "current")
-    sim, known = Simulation(params, 1), VesselObserver(params)
+    sim, kalman = Simulation(params, 1), VesselObserver(params)
     sim.reset(seeds=[0])
     memory = VesselMemory.empty(1)
-    known.restart(sim.sensed, memory, np.ones(1, dtype=bool))
+    kalman.restart(sim.sensed, memory, np.ones(1, dtype=bool))
     touching = np.zeros((1, 2, 2), dtype=bool)
     touching[..., 1] = True
     moved = sim.sensed.measured + 0.01
-    known.update(replace(sim.sensed, measured=moved, touching=touching), memory, touching[:, 0, 0])
+    kalman.update(replace(sim.sensed, measured=moved, touching=touching), memory, touching[:, 0, 0])
     assert memory.drift[0] != 0

@@ -40,21 +40,23 @@ def planned(params, sensed, drift):
 
 
 @given(st.floats(0.05, 0.95), st.floats(-0.05, 0.05), st.floats(-0.5, 0.5))
-def test_vessel_knows_where_it_is_on_its_path(share, aside, turned):
-    """Beside the path abreast of a point of it, and turned off its heading there."""
+def test_vessel_knows_where_it_is_on_its_path(share, cross_track, turned):
+    """At a distance from a point of the path, and turned off its heading there."""
     params = make_params("push", goal=(0.8, -1.0, 0.7))
     sensed, still = known_at_start(params, [0]), np.zeros(1, complex)
     follower, memory = planned(params, sensed, still)
     total = memory.length.sum()
     abreast = path_of(memory).pose_at(share * total)[0]
-    off_path = np.array([aside * np.cos(abreast[2]), aside * np.sin(abreast[2]), turned])
+    off_path = np.array(
+        [cross_track * np.cos(abreast[2]), cross_track * np.sin(abreast[2]), turned]
+    )
     placed = moved(sensed, (abreast + off_path)[None])
     relations = relate(placed.measured, placed.goal, placed.slot, placed.side)
     speed = np.array([0.05])
     for _ in range(60):
         seen = follower.track(relations, still, speed, memory)
     offset, off, left, curvature = seen
-    assert offset[0] == pytest.approx(aside, abs=1e-6)
+    assert offset[0] == pytest.approx(cross_track, abs=1e-6)
     assert off[0] == pytest.approx(turned, abs=1e-6)
     assert left[0] == pytest.approx((1 - share) * total, abs=1e-6)
     ends = np.cumsum(memory.length[0])
@@ -89,7 +91,7 @@ def test_path_and_water_meet_at_the_goal():
      (-1.0, 1.1 * OFF_PATH, True), (-1.0, -1.1 * OFF_PATH, True)],
 )  # fmt: skip
 def test_a_vessel_that_misses_its_goal_gets_a_new_path(along, across, missed):
-    """Straight ahead of the goal by so many lengths, and beside its path."""
+    """Straight ahead of the goal by so many lengths, and of cross-track error."""
     params = make_params("push", goal=(0.0, -1.0, 0.0))
     sensed, policy = known_at_start(params, [0]), ScriptedPolicy(params)
     _, memory = decide(policy, sensed)

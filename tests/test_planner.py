@@ -134,10 +134,10 @@ def test_coasting_vessel_comes_to_rest_after_the_way_that_is_left(vessel):
     """A vessel that is never driven nor held back, from the speed of the timetable on."""
     planner = PathPlanner(vessel, PathGains(speed=10.0, braking=1.0, goal_speed=1e-9))
     linear, quadratic = vessel.sway
-    for way in (0.02, 0.2, 0.5):
+    for distance in (0.02, 0.2, 0.5):
         solution = solve_ivp(
             lambda s, v: -(linear + quadratic * v) / vessel.total_mass,
-            (0.0, way), [planner.speed(np.array(way))], rtol=1e-10, atol=1e-12,
+            (0.0, distance), [planner.speed(np.array(distance))], rtol=1e-10, atol=1e-12,
         )  # fmt: skip
         assert abs(solution.y[0, -1]) < 1e-7
 

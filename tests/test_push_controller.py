@@ -1,4 +1,4 @@
-"""The push phase: what the boats do for the wrench that is wanted, and what comes of it."""
+"""The push phase: what the boats do for the force and moment wanted, and how the vessel moves."""
 
 from dataclasses import replace
 
@@ -48,7 +48,7 @@ def test_boats_are_spread_but_stay_on_the_hull_and_apart(preset):
 
 
 def disturbed(params, seeds):
-    """Starts of pushes, where vessels and boats are off their places and move."""
+    """Initial states of pushes, where vessels and boats are off their places and move."""
     sensed, rng = known_at_start(params, seeds), np.random.default_rng(0)
     noise = rng.normal(size=sensed.measured.shape) * [0.01, 0.01, 0.1, 0.02, 0.02, 0.05]
     motion = sensed.measured + noise
@@ -77,18 +77,18 @@ def test_mirrored_worlds_get_mirrored_actions(num_boats):
     assert (np.abs(action) < 1).mean() > 0.5
 
 
-@pytest.mark.parametrize("aside", [-0.05, 0.05])
-def test_the_boat_at_the_far_end_presses_the_vessel_back_to_its_path(aside):
+@pytest.mark.parametrize("cross_track", [-0.05, 0.05])
+def test_the_boat_at_the_far_end_presses_the_vessel_back_to_its_path(cross_track):
     """It turns its bow to the hull, and the one at the other end lets go."""
     params = make_params("push", 4, goal=(0.0, -1.0, 0.0))
     sensed, policy = known_at_start(params, [0]), ScriptedPolicy(params)
     _, memory = decide(policy, sensed)
-    beside = moved(sensed, np.array([[aside, 0.0, 0.0]]))
+    displaced = moved(sensed, np.array([[cross_track, 0.0, 0.0]]))
     slot = sensed.slot[0].real
-    far, near = np.argmax(slot * np.sign(aside)), np.argmin(slot * np.sign(aside))
+    far, near = np.argmax(slot * np.sign(cross_track)), np.argmin(slot * np.sign(cross_track))
     on_path, _ = decide(policy, sensed, memory)
-    off_path, _ = decide(policy, beside, memory)
-    turns = (off_path - on_path)[0, :, 1] * np.sign(aside)
+    off_path, _ = decide(policy, displaced, memory)
+    turns = (off_path - on_path)[0, :, 1] * np.sign(cross_track)
     assert turns[far] < -0.01
     assert turns[near] <= 0
     assert -on_path[0, far, 1] * np.sign(slot[far]) > 0
@@ -108,7 +108,7 @@ def test_worlds_do_not_touch_each_other():
 
 
 @pytest.mark.parametrize("num_boats", [4, 6])
-def test_a_boat_that_failed_is_not_reckoned_with(num_boats):
+def test_a_boat_that_failed_is_left_out(num_boats):
     """Wherever it lies, the others do the same."""
     params = make_params("push", num_boats)
     policy, decisions = ScriptedPolicy(params), []
