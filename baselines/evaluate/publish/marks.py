@@ -1,7 +1,5 @@
 """The part of a page that a command writes, between a line that starts it and one that ends it."""
 
-from __future__ import annotations
-
 
 def check(text: str, start: str, end: str) -> None:
     """Checks that a page has both lines, once each and in their order.

@@ -8,8 +8,6 @@ would change them all: more than half must be the same, and the others must end 
 not compared, because the weights of the reward may have changed.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys

@@ -1,7 +1,5 @@
 """Page of the model cards of the learned policies: how each network was trained."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median

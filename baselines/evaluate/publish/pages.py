@@ -4,8 +4,6 @@ Every number follows from the ``episodes.csv`` of the suites. With ``--check`` n
 and stale pages are an error.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Tables of the published results: a line a suite for an overview, and a line a condition."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures of success by condition and of failures by cause; made in the style of ``svg``."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the replay of a page can show: players, and the seeds of the embedded episodes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

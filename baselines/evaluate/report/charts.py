@@ -1,7 +1,5 @@
 """The charts of an evaluation: which figures there are, made from its rows, and their captions."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The words and tables of a report: the same in the web page and in Markdown."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@
 and tables, and ``rendering`` fills in the templates of the web page and of its Markdown version.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

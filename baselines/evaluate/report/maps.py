@@ -3,8 +3,6 @@
 Arrays by policy have the shape (S, E) of trainings and episodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

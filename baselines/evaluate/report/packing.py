@@ -1,7 +1,5 @@
 """One episode of one policy as the page holds it: its outcome, and its poses as text."""
 
-from __future__ import annotations
-
 import base64
 import math
 import zlib

@@ -1,7 +1,5 @@
 """Empty figures of the report, with one panel or a panel a policy, and their legends and labels."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Figure of the errors with which the vessel is placed, one panel a policy; see ``svg``."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

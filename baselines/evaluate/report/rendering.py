@@ -1,7 +1,5 @@
 """Templates of the report, filled in with Jinja2; HTML is escaped, Markdown is not."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from functools import cache

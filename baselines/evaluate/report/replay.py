@@ -1,7 +1,5 @@
 """The data of a page's replay, for its scripts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Figures as SVG elements of a page, with its fonts and its colours, light or dark."""
 
-from __future__ import annotations
-
 import io
 import re
 from contextlib import AbstractContextManager

@@ -1,7 +1,5 @@
 """Columns of tables: a heading, and the text of a cell for a policy in a condition."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial

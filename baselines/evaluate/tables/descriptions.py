@@ -1,7 +1,5 @@
 """The tables of a summary, each described once."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 from typing import Any

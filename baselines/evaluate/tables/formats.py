@@ -1,7 +1,5 @@
 """The text of numbers: one function for each kind, for the terminal and all pages."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A table of text, for the terminal, Markdown and HTML."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
