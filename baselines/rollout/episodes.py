@@ -1,4 +1,4 @@
-"""What is left of an episode: its row, where the hulls were, and all that a learner may want."""
+"""Records of an episode: its row, the poses of its hulls, and its trajectory."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from asv_env.types import Action, Bool, Float, Observation
 from baselines.paper import dubins
 
 POSE_LOG_EVERY = 2
-"""Control ticks between two poses of a recorded log."""
+"""Control ticks between two poses of a log."""
 
 
 @dataclass(frozen=True)
 class Label:
-    """What a row says of itself besides what happened.
+    """Names the run to which a row belongs.
 
     Attributes:
-        policy: its name.
-        training_seed: which of its trainings it comes from; None where there is one or none.
-        condition: the condition's name in its suite.
-        scenario: what disturbed the world.
+        policy: name of the policy.
+        training_seed: number of its training; None where there is one or none.
+        condition: name of the condition in its suite.
+        scenario: name of the scenario.
     """
 
     policy: str
@@ -36,32 +36,32 @@ class Episode:
     """One row of ``episodes.csv``; None where a column does not apply.
 
     Attributes:
-        seed: of the episode.
-        policy: its name.
-        training_seed: which of the policy's trainings it comes from.
-        condition: the condition's name in its suite.
-        task: "approach", "push" or "transport".
-        scenario: what disturbed the world.
+        seed: seed of the episode.
+        policy: name of the policy.
+        training_seed: number of the policy's training.
+        condition: name of the condition in its suite.
+        task: name of the task.
+        scenario: name of the scenario.
         num_boats: team size.
         success: whether the task was done in time.
-        cause: of a failure; see ``causes``.
-        goal_x: of the goal from where the vessel began, m.
-        goal_y: the same, m.
-        goal_heading: the same, rad.
-        position_error: of the vessel at the end, m.
-        heading_error: of the vessel at the end, signed, rad.
-        min_position_error: smallest distance of the vessel to its goal, m.
-        heading_error_at_min: signed, at the instant of smallest distance, rad.
-        time_to_closure: until all slots were held, s.
-        closure_spread: between the first and the last boat to hold its slot, s.
-        time_to_goal: until the delivery, s.
-        duration: of the episode, s.
-        path_length_ratio: way of the vessel over the shortest path of bounded curvature.
+        cause: cause of a failure; see ``CAUSES``.
+        goal_x: x of the goal in the vessel's initial frame, m.
+        goal_y: y of the goal in that frame, m.
+        goal_heading: heading of the goal in that frame, rad.
+        position_error: distance of the vessel from its goal at the end, m.
+        heading_error: signed heading error of the vessel at the end, rad.
+        min_position_error: smallest distance of the vessel from its goal, m.
+        heading_error_at_min: signed heading error at that instant, rad.
+        time_to_closure: time until all slots were occupied, s.
+        closure_spread: time from the first boat in its slot to the last, s.
+        time_to_goal: time until the delivery, s.
+        duration: duration of the episode, s.
+        path_length_ratio: path length of the vessel over that of the Dubins path to the goal.
         effort: seconds of full thrust, averaged over the motors.
-        collisions: times that a boat began to touch another one or a wall.
-        closure_lost: times that closure was lost.
+        collisions: number of times that a boat began to touch another one or a wall.
+        closure_lost: number of times that closure was lost.
         episode_return: sum of the team's mean reward.
-        error: what was wrong with the policy where that ended the episode.
+        error: what was wrong with the policy, where that ended the episode.
     """
 
     seed: int
@@ -97,24 +97,24 @@ CAUSES = (
     *("policy error", "strayed", "no closure", "grasp not held"),
     *("never near", "heading off", "not settled"),
 )
-"""Why an episode failed, each excluding those before it: the policy raised or gave an action of
-no use; a body left the arena; the vessel was never in closure; the slots were not held for long
-enough (approach); the vessel never came within the tolerance of position; its heading was off
-when it was nearest; it was there, but not at rest."""
+"""Causes of failure of the built-in tasks, each excluding those before it: the policy raised or
+gave no usable action; a body left the arena; closure was never formed; the slots were not occupied
+for long enough (Approach); the vessel never came within the position tolerance; its heading was
+off when it was nearest; it was there, but not at rest."""
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """All that a learner may want of one episode of T steps.
+    """One episode of T steps, step by step.
 
     Attributes:
-        observation: (T + 1, A, K) float32; that at the end included.
+        observation: (T + 1, A, K) float32, that at the end included.
         action: (T, A, 2) float32 in [-1, 1].
         reward: (T, A).
-        motion: (T + 1, B, 6) of the true state; see ``State``.
+        motion: (T + 1, B, 6) true motion; see ``State``.
         working: (T + 1, A) whether a boat's thrusters work.
         goal: (T + 1, 3) m, m, rad.
-        terminated: whether the episode ended by what happened in it, not by the clock.
+        terminated: whether success or straying ended the episode, not the time limit.
     """
 
     observation: Observation
@@ -128,15 +128,15 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class PoseLog:
-    """Where the hulls of one episode were.
+    """The poses of the hulls in one episode.
 
     Attributes:
-        episode: its row.
+        episode: row of the episode.
         poses: (T, B, 3) x m, y m, heading rad, row 0 of B the vessel; one every
             ``POSE_LOG_EVERY`` control ticks, and the last.
         goal: (3,) pose, m, m, rad.
         failed_at: (A,) time at which a boat's thrusters died, s; inf never.
-        trajectory: all steps, where that was asked for.
+        trajectory: all steps, where they are recorded.
     """
 
     episode: Episode
@@ -155,15 +155,15 @@ def row(
     side: float,
     error: str | None,
 ) -> Episode:
-    """The row of an episode.
+    """Returns the row of an episode.
 
     Args:
-        seed: of the episode.
-        label: what it says of itself.
-        params: of the environment.
+        seed: seed of the episode.
+        label: run to which it belongs.
+        params: parameters of the environment.
         ended: its ``metrics.summary``, and its ``duration``, s.
         goal: (3,) m, m, rad.
-        side: of the vessel that was pushed, +1.0 or -1.0.
+        side: side of the vessel that was pushed, +1.0 or -1.0.
         error: what was wrong with the policy, if anything.
     """
     definition = params.definition
@@ -182,14 +182,8 @@ def row(
         "path_length_ratio": ended["path_length"] / shortest if shortest > 0 else None,
         "error": error,
     }
-    kept: dict[str, Any] = {
-        column: None
-        if column in definition.not_applicable or _is_nan(values[column])
-        else values[column]
-        for column in COLUMNS
-    }
-    return Episode(**kept)
-
-
-def _is_nan(value: Any) -> bool:
-    return isinstance(value, float) and math.isnan(value)
+    for column in COLUMNS:
+        value = values[column]
+        if column in definition.not_applicable or (isinstance(value, float) and math.isnan(value)):
+            values[column] = None
+    return Episode(**{column: values[column] for column in COLUMNS})

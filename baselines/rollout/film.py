@@ -16,28 +16,30 @@ from baselines.rollout.loop import rollout
 EVERY = 4
 """Control ticks between two frames."""
 FPS = 20
+"""Frames a second."""
 SIZE = (480, 480)
+"""Width and height of a frame, px."""
 LAST = 30
-"""Times that the last frame is shown."""
+"""Number of times that the last frame is shown."""
 
 
 def save(path: Path, make_policy: MakePolicy, params: EnvParams, seed: int) -> None:
-    """Films one episode, to GIF or MP4 by the path's ending; replaces the file.
+    """Films one episode, to GIF or MP4 by the path's suffix; replaces the file.
 
     Args:
         path: ends in ".gif" or ".mp4".
-        make_policy: from parameters to a policy.
-        params: of the environment.
-        seed: of the episode; it is the one that ``runner.run`` counts under this seed.
+        make_policy: policy factory.
+        params: parameters of the environment.
+        seed: seed of the episode, the same one that ``runner.run`` runs with this seed.
 
     Raises:
-        ValueError: an unknown ending.
+        ValueError: an unknown suffix.
     """
     video.save(frames(make_policy, params, seed), path, FPS, overwrite=True)
 
 
 def frames(make_policy: MakePolicy, params: EnvParams, seed: int) -> Iterator[Frame]:
-    """Frames (height, width, 3) uint8 of one episode."""
+    """Yields the frames (height, width, 3) uint8 of one episode."""
     simulation, viewer = Simulation(params), Viewer(params, size=SIZE)
     for tick in rollout(simulation, make_policy(params).act, [seed]):
         if tick.state.tick[0] % EVERY == 0:

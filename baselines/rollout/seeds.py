@@ -1,6 +1,6 @@
-"""Seeds of training, development and test: ranges that do not meet.
+"""Seeds of training, development and test, in disjoint ranges.
 
-A policy is trained on the first, chosen on the second, and compared on the third.
+A policy is trained with the first, selected with the second, and compared with the third.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ RANGES = {"test": TEST, "development": DEVELOPMENT, "training": TRAINING}
 
 
 def purpose(seed: int) -> str | None:
-    """What a seed is for: a key of ``RANGES``; None for one between the ranges."""
+    """Returns the purpose of a seed, a key of ``RANGES``; None for one between the ranges."""
     return next((name for name, seeds in RANGES.items() if seed in seeds), None)
 
 
@@ -20,11 +20,11 @@ def check(seeds: range, wanted: str) -> None:
     """Refuses seeds that are not all for one purpose.
 
     Args:
-        seeds: that are to be used.
-        wanted: a key of ``RANGES``.
+        seeds: seeds that are to be used.
+        wanted: purpose, a key of ``RANGES``.
 
     Raises:
-        ValueError: one of them is for something else.
+        ValueError: one of them is for another purpose.
     """
     allowed = RANGES[wanted]
     for seed in (seeds[0], seeds[-1]) if seeds else ():
