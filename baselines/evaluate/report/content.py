@@ -80,7 +80,7 @@ def _conditions(results: Results, summary: Mapping[str, Any]) -> list[dict[str, 
     described = []
     for condition in results.suite.conditions:
         parts = [condition.about] if condition.about else []
-        parts += [_counted(condition.params.num_boats, "boat"), f"task {condition.task}"]
+        parts += [_counted(condition.params.num_boats, "boat"), f"task {condition.task_name}"]
         parts += [f"control {condition.control}"] if condition.control else []
         policies = summary["conditions"][condition.name]["policies"]
         described.append(
