@@ -25,9 +25,9 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 
 from asv_env.physics.dynamics import Dynamics
 from train.config import Config
-from train.sb3.buffer import Rollouts
+from train.sb3.buffer import TorchRolloutBuffer
 from train.sb3.ppo import Learner
-from train.sb3.vec_env import Worlds
+from train.sb3.vec_env import TrainingVecEnv
 
 
 class Clock:
@@ -75,7 +75,7 @@ PARTS = (
     (ActorCriticPolicy, "forward", "torch"),
     (ActorCriticPolicy, "predict_values", "torch"),
     (Learner, "train", "torch"),
-    (Rollouts, "_get_samples", "torch"),
+    (TorchRolloutBuffer, "_get_samples", "torch"),
     (RolloutBuffer, "add", "rest"),
 )
 
@@ -96,8 +96,8 @@ def main() -> None:
         num_envs=options.num_envs,
         critic_updates=0,
     )
-    worlds = Worlds(config)
-    learner = Learner.made(config, worlds)
+    worlds = TrainingVecEnv(config)
+    learner = Learner.create(config, worlds)
     rollout = worlds.num_envs * config.num_steps
     learner.learn(rollout)  # warms up
     clock = Clock()

@@ -49,6 +49,16 @@ def policy_files(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="session")
+def trained(tmp_path_factory):
+    """Folder of a tiny training that has come to its end; tests leave it as it is."""
+    from train_helpers import train  # needs the extra [train]
+
+    folder = tmp_path_factory.mktemp("train") / "run"
+    train(folder)
+    return folder
+
+
 @pytest.fixture
 def network_file(policy_files):
     return policy_files / "net0.npz"

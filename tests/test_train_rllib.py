@@ -1,5 +1,6 @@
-"""``python -m train --engine rllib``: it learns, is killed and goes on; where Ray is installed."""
+"""``python -m train --engine rllib``: it learns, is killed and resumed; where Ray is installed."""
 
+import doctest
 import json
 import os
 import signal
@@ -23,9 +24,9 @@ ROOT = Path(__file__).parents[1]
 TINY_OPTIONS = """
     --engine rllib --num-env-runners 2 --num-envs 4 --num-steps 16 --num-minibatches 2
     --update-epochs 2 --hidden 16 16 --scenarios noisy --time-limit 5
-    --imitation-rounds 1 --imitation-worlds 4
-    --imitation-time 3 --imitation-steps 20 --total-timesteps 1024 --checkpoint-every 256
-    --eval-every 512 --eval-episodes 2 --torch-threads 1
+    --imitation.rounds 1 --imitation.worlds 4
+    --imitation.time 3 --imitation.steps 20 --total-timesteps 1024 --checkpoint-every 256
+    --evaluation.every 512 --evaluation.episodes 2 --torch-threads 1
 """
 TINY = TINY_OPTIONS.split()
 """Options of a training that is over in seconds; 256 timesteps an update."""
@@ -40,7 +41,7 @@ def temporary():
 
 @pytest.fixture
 def started(temporary, tmp_path):
-    """Starts ``python -m train``; what Ray writes is deleted."""
+    """A function that starts ``python -m train``; what Ray writes is deleted."""
     variables = {**os.environ, "HOME": str(tmp_path), "TMPDIR": temporary}
 
     def start(*options):
@@ -64,7 +65,7 @@ def checkpoint(folder):
     return int(last.read_text().partition("-")[0]) if last.exists() else None
 
 
-def test_a_run_that_is_killed_goes_on(started, tmp_path):
+def test_a_run_that_is_killed_is_resumed(started, tmp_path):
     folder = tmp_path / "run"
     process = started("--out", str(folder))
     try:
@@ -108,26 +109,28 @@ def parsed(*options):
 
 
 def test_every_process_begins_with_the_weights_of_the_learner(temporary, tmp_path, monkeypatch):
-    from train.rllib.engine import begin, connected, hand_out, module_of, settings
+    from train.rllib.engine import begin
+    from train.rllib.learner import distribute_weights, module_of
+    from train.rllib.settings import connected, settings
 
     monkeypatch.setenv("RAY_TMPDIR", temporary)
     monkeypatch.setattr("ray.tune.trainable.trainable.DEFAULT_STORAGE_PATH", str(tmp_path))
-    config = parsed("--num-env-runners", 1, "--imitation-rounds", 0)
+    config = parsed("--num-env-runners", 1, "--imitation.rounds", 0)
 
-    def held(module):
+    def of_actor(module):
         layers = {name: value.numpy() for name, value in module.state_dict().items()}
         return {name: layers[name] for name in layers if "pi." in name or "actor" in name}
 
     with connected(config):
         algorithm = settings(config, 0).build_algo()
         begin(algorithm, config, None)
-        hand_out(algorithm)
-        mine = held(module_of(algorithm))
+        distribute_weights(algorithm)
+        mine = of_actor(module_of(algorithm))
         (theirs,) = algorithm.env_runner_group.foreach_env_runner(
-            lambda one: held(one.module["boat"]), local_env_runner=False
+            lambda runner: of_actor(runner.module["boat"]), local_env_runner=False
         )
         algorithm.stop()
-    assert (mine["pi.log_std"] == config.log_std_init).all()
+    assert (mine["pi.log_std"] == config.network.log_std_init).all()
     assert theirs.keys() == mine.keys()
     assert all(np.array_equal(theirs[name], mine[name]) for name in mine)
 
@@ -136,7 +139,7 @@ def process_of(config, number, done=0):
     """The worlds of a process that samples, and the episodes of its first steps."""
     from ray.rllib.env.multi_agent_env_runner import MultiAgentEnvRunner
 
-    from train.rllib.engine import settings
+    from train.rllib.settings import settings
 
     runner = MultiAgentEnvRunner(config=settings(config, done), worker_index=number)
     episodes = runner.sample(num_timesteps=30 * 2 * 4, random_actions=True)
@@ -163,25 +166,32 @@ def test_the_end_of_the_time_is_a_truncation_and_not_the_same_for_all():
             assert (boat.is_terminated, boat.is_truncated) == (False, True)
 
 
+def test_worlds_are_numbered_over_processes_as_the_example_says():
+    from train.rllib import env
+
+    assert doctest.testmod(env).attempted == 2
+    assert doctest.testmod(env).failed == 0
+
+
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "said"),
     [
         ("--teams 4 6", "teams = (4, 6) with engine = 'rllib': it trains one team size"),
         ("--critic central", "critic = 'central' with engine = 'rllib'"),
-        ("--widening 0.5", "widening = 0.5 with engine = 'rllib': only sb3 knows that"),
-        ("--midway-starts 0.5", "midway_starts = 0.5 with engine = 'rllib'"),
-        ("--log-std-min -1", "log_std_min = -1.0 with engine = 'rllib': only sb3 keeps the noise"),
+        ("--curriculum.step 0.5", "step = 0.5 with engine = 'rllib': only sb3 knows that"),
+        ("--curriculum.rollout-starts 0.5", "rollout_starts = 0.5 with engine = 'rllib'"),
+        ("--log-std-min -1", "log_std_min = -1.0 with engine = 'rllib'"),
         (
-            "--residual 0.5 --decision-rate 10 --imitation-rounds 0",
+            "--residual 0.5 --decision-rate 10 --imitation.rounds 0",
             "residual = 0.5 with engine = 'rllib'",
         ),
     ],
 )
-def test_what_only_sb3_can_do_is_refused(options, told, tmp_path):
+def test_what_only_sb3_can_do_is_refused(options, said, tmp_path):
     from train.__main__ import main
 
     with pytest.raises(SystemExit) as refusal:
         main([*TINY, "--out", str(tmp_path / "run"), *options.split()])
-    assert told in str(refusal.value)
+    assert said in str(refusal.value)
     assert "engine = 'sb3'" in str(refusal.value)
     assert not (tmp_path / "run").exists()

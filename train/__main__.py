@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Trains as a command line says; exits with a message where something is wrong."""
+    """Train as a command line says; exit with a message where something is wrong."""
     try:
         from train.config import parse
 
@@ -15,20 +15,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if config.engine == "rllib":
             from train.rllib.engine import train
         else:
-            from train.sb3.ppo import train
+            from train.sb3.training import train
         train(config)
         print(f"the best policy of the run: {config.folder / 'best.npz'}")
     except (ValueError, OSError, ImportError) as error:
         sys.exit(f"python -m train: {_with_remedy(error)}")
     except KeyboardInterrupt:
         sys.exit(
-            "python -m train: stopped; the same command, without --overwrite, goes on from the "
+            "python -m train: stopped; the same command, without --overwrite, resumes from the "
             "last checkpoint"
         )
 
 
 def _with_remedy(error: Exception) -> str:
-    """What is wrong; where an extra is missing, which."""
+    """Return the message of an error; where an extra is missing, say which."""
     name = (getattr(error, "name", None) or "").partition(".")[0]
     extras = {"torch": "train", "stable_baselines3": "train", "ray": "rllib"}
     if name not in extras:

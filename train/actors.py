@@ -1,34 +1,30 @@
-"""The actor as torch holds it and as a policy file does; the same for every engine."""
+"""Conversion between an actor in torch and the layers of a policy file."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 
 import torch
 from torch import nn
-from tqdm import tqdm
 
 from baselines.learned.metadata import Layers
-from train.config import Config
-from train.imitation import imitate
 
 
 def linear_layers(actor: nn.Module) -> list[nn.Linear]:
-    """Those of an actor, from the observation to the mean action."""
-    return [one for one in actor.modules() if isinstance(one, nn.Linear)]
+    """Return the linear layers of an actor, from the observation to the mean action."""
+    return [module for module in actor.modules() if isinstance(module, nn.Linear)]
 
 
-def layers_of(actor: nn.Module) -> Layers:
-    """The actor as a policy file wants it."""
+def get_layers(actor: nn.Module) -> Layers:
+    """Return the weights (inputs, outputs) and biases of an actor, as a policy file has them."""
     return [
-        (one.weight.detach().numpy().T.copy(), one.bias.detach().numpy().copy())
-        for one in linear_layers(actor)
+        (layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy().copy())
+        for layer in linear_layers(actor)
     ]
 
 
-def check_fit(layers: Layers, sizes: Sequence[int]) -> None:
-    """Refuses layers of a policy file for an actor that is narrower, or deeper or less deep.
+def check_sizes(layers: Layers, sizes: Sequence[int]) -> None:
+    """Refuse layers of a policy file for an actor that is narrower, or has more or fewer layers.
 
     Args:
         layers: of the file.
@@ -45,30 +41,20 @@ def check_fit(layers: Layers, sizes: Sequence[int]) -> None:
         )
 
 
-def put_layers(actor: nn.Module, layers: Layers) -> None:
-    """Gives the actor the weights of a policy file.
+def set_layers(actor: nn.Module, layers: Layers) -> None:
+    """Give the actor the weights of a policy file.
 
-    Where the actor's layers are wider, it acts as the file does: what its further units say does
-    not count in the beginning.
+    Where the actor's layers are wider, it acts as the file does: weights from its further units
+    begin with zero.
 
     Raises:
-        ValueError: they do not fit, see ``check_fit``.
+        ValueError: the layers do not fit, see ``check_sizes``.
     """
     own = linear_layers(actor)
-    check_fit(layers, [own[0].in_features, *(one.out_features for one in own)])
+    check_sizes(layers, [own[0].in_features, *(layer.out_features for layer in own)])
     with torch.no_grad():
-        for one, (weight, bias) in zip(own, layers, strict=True):
+        for layer, (weight, bias) in zip(own, layers, strict=True):
             inputs, outputs = weight.shape
-            one.weight[:outputs, :inputs] = torch.as_tensor(weight.T)
-            one.weight[:outputs, inputs:] = 0.0
-            one.bias[:outputs] = torch.as_tensor(bias)
-
-
-def begin(actor: nn.Module, config: Config, start: Layers | None) -> None:
-    """Gives an untrained actor what it begins with: weights of a file, then imitation."""
-    if start is not None:
-        put_layers(actor, start)
-    if config.imitation_rounds:
-        rounds = config.imitation_rounds
-        with tqdm(total=rounds, unit=" round", desc="imitation", file=sys.stderr) as bar:
-            imitate(actor, config, bar)
+            layer.weight[:outputs, :inputs] = torch.as_tensor(weight.T)
+            layer.weight[:outputs, inputs:] = 0.0
+            layer.bias[:outputs] = torch.as_tensor(bias)

@@ -1,186 +1,146 @@
-"""What is learned first: easier episodes, which become the task's own as the training goes on.
+"""Easier episodes, which grow into those of the task as a training progresses.
 
-Goals are nearer, boats begin beside the hull, episodes begin midway in one of the scripted policy;
-goals lie ahead and are hardly turned, noise and variation are small.
+Goals are nearer, boats begin close to the hull or in their slots, episodes begin in states of a
+rollout. Goals lie ahead of the team and are hardly turned, noise and variation are small: these
+grow with the progress of the curriculum, from 0 to 1.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from asv_env import geometry
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
-from baselines.learned import policy_file
-from baselines.learned.phases import APPROACH, PUSH, PhasedPolicy
-from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
+from train.rollout_states import RolloutStates, along_episodes, where_pushes_begin
 
 MIRROR = np.array([1.0, -1.0, -1.0])
-"""Poses in the mirror of the x axis: the vessel begins at the origin along it."""
-BESIDE = 0.9
-"""Width of the margin round the hull in which boats begin beside it, lengths of the vessel."""
+"""Factors that mirror a pose about the x axis, along which the vessel lies at the origin."""
+MARGIN = 0.9
+"""Width of the margin around the hull in which boats begin close to it, vessel lengths."""
 TRIES = 200
-"""Places that are tried for each boat there."""
-LARGEST_STARTS = 16384
-"""Number of midway states that are kept."""
-KEEP_EVERY = 10
-"""Control ticks between two states that are kept."""
+"""Random places that are tried for each boat there."""
+ROLLOUTS = 384
+"""Episodes of rollouts from which states are taken, distributed over the groups of worlds."""
+LEAST_ROLLOUTS = 24
+"""Least number of these episodes in a group."""
 
 
 def training_params(config: Config, team: int, scenario: str) -> EnvParams:
-    """Parameters of the worlds of a group, which advance by one decision at a time."""
+    """Return the parameters of a group of worlds, which advance by one decision at a time."""
     limits: dict[str, Any] = {}
-    if config.time_limit is not None:
-        length = make_params(config.task, team, scenario).vessel.length
-        limits["time_limit"] = config.time_limit * length / NOMINAL_LENGTH
-    clock = {"control": config.decision_rate}
-    return make_params(config.task, team, scenario, clock=clock, **limits)
+    if config.worlds.time_limit is not None:
+        length = config.params(team, scenario).vessel.length
+        limits["time_limit"] = config.worlds.time_limit * length / NOMINAL_LENGTH
+    clock = {"control": config.worlds.decision_rate}
+    return config.params(team, scenario, clock=clock, **limits)
 
 
-def grown(params: EnvParams, share: float) -> EnvParams:
-    """Parameters with noise and variation at a share of their size."""
+def scaled_noise(params: EnvParams, scale: float) -> EnvParams:
+    """Return parameters with sensor noise and variation multiplied by ``scale``."""
     sensors, variation = params.sensors, params.variation
     noise = {
-        name: share * getattr(sensors, name)
+        name: scale * getattr(sensors, name)
         for name in ("position_noise", "heading_noise", "speed_noise", "yaw_rate_noise")
     }
-    spread = {name: share * getattr(variation, name) for name in ("thrust", "drag", "mass")}
+    spread = {name: scale * getattr(variation, name) for name in ("thrust", "drag", "mass")}
     return replace(
         params, sensors=replace(sensors, **noise), variation=replace(variation, **spread)
     )
 
 
-@dataclass(frozen=True)
-class Midway:
-    """States along episodes of a policy.
-
-    Attributes:
-        motion: (n, B, 6) of all bodies; see ``State``.
-        goal: (n, 3) m, m, rad.
-    """
-
-    motion: Float
-    goal: Float
-
-    @classmethod
-    def watched(cls, config: Config, params: EnvParams, seeds: range) -> Midway:
-        """Runs the scripted policy on the episodes of these seeds, as they begin in a training."""
-        simulation = Simulation(params, len(seeds), initial_states=Starts(config))
-        act = ScriptedPolicy(params).act
-        motion, goal = [], []
-        for number, tick in enumerate(rollout(simulation, act, seeds, params.time_limit_ticks)):
-            if number % KEEP_EVERY == 0:
-                motion.append(tick.state.motion.copy())
-                goal.append(tick.state.goal.copy())
-            if len(motion) * len(seeds) >= LARGEST_STARTS:
-                break
-        return cls(np.concatenate(motion), np.concatenate(goal))
-
-    @classmethod
-    def handed_over(cls, file: Path, params: EnvParams, seeds: range) -> Midway:
-        """Runs a policy of several networks; the states in which one of them begins to push.
-
-        They are told as if the team pushed from the +n side.
-
-        Args:
-            file: of the policy.
-            params: of Transport.
-            seeds: of the episodes.
-
-        Raises:
-            ValueError, FileNotFoundError: as ``policy_file.read``; it never begins to push.
-        """
-        simulation = Simulation(params, len(seeds))
-        policy = PhasedPolicy(policy_file.read(file)[0], params)
-        before = np.full(len(seeds), APPROACH)
-        motion, goal = [], []
-        for tick in rollout(simulation, policy.act, seeds, params.time_limit_ticks):
-            begins = (tick.memory.state == PUSH) & (before == APPROACH)
-            before, side = tick.memory.state, tick.memory.push_side.side[begins]
-            motion.append(geometry.mirrored(tick.state.motion[begins], side))
-            goal.append(geometry.mirrored(tick.state.goal[begins], side))
-        states = cls(np.concatenate(motion), np.concatenate(goal))
-        if not len(states.goal):
-            raise ValueError(
-                f"--hand-over {file}: it never brought the vessel into closure with "
-                f"{params.num_boats} boats; hand over from a better approach"
-            )
-        return states
+def rollout_states(config: Config, team: int, scenario: str) -> RolloutStates | None:
+    """Return the states of rollouts in which episodes of a group begin; None if none shall."""
+    if not config.curriculum.rollout_starts:
+        return None
+    groups = config.worlds.groups(config.worlds.num_envs)
+    number = max(LEAST_ROLLOUTS, ROLLOUTS // len(groups))
+    seeds = range(config.first_seed, config.first_seed + number)
+    if config.curriculum.rollout_policy is not None:
+        params = make_params("transport", team, scenario)
+        return where_pushes_begin(config.curriculum.rollout_policy, params, seeds)
+    params = config.params(team, scenario)
+    simulation = Simulation(params, number, initial_states=CurriculumStates(config))
+    return along_episodes(ScriptedPolicy(params), simulation, seeds)
 
 
-class Starts:
-    """How episodes of a training begin; what ``Simulation`` calls ``initial_states``.
+class CurriculumStates:
+    """The distribution of initial states of a training, for ``Simulation``'s ``initial_states``.
 
     Args:
         config: of the run.
-        midway: where ``config.midway_starts`` is above 0.
-        share: of half a turn by which goals may lie off the way ahead, and be turned.
+        states: of a rollout, where ``config.curriculum.rollout_starts`` is above 0.
+        progress: of the curriculum, which scales the bearing and the turn of goals.
     """
 
-    def __init__(self, config: Config, midway: Midway | None = None, share: float = 1.0) -> None:
-        self._config, self._midway = config, midway
-        self._share = share
+    def __init__(
+        self, config: Config, states: RolloutStates | None = None, progress: float = 1.0
+    ) -> None:
+        self._options, self._mirror = config.curriculum, config.worlds.mirror
+        self._states, self._progress = states, progress
 
     def __call__(
         self, params: EnvParams, rng: np.random.Generator, goal: Float | None = None
     ) -> InitialState:
-        """See ``starts.sample``."""
-        start = starts.sample(params, rng, goal)
+        """Returns a random initial state; see ``Task.initial_states``."""
+        start = params.definition.initial_states(params, rng, goal)
         if goal is not None:
             return start
-        config = self._config
-        nearer, beside, slots, midway = rng.random(4)
-        if self._midway is not None and midway < config.midway_starts:
-            chosen = rng.integers(len(self._midway.goal))
-            return replace(
-                start,
-                motion=self._midway.motion[chosen].copy(),
-                goal=self._midway.goal[chosen].copy(),
-            )
-        if config.mirror and start.goal[1] > 0:
+        options = self._options
+        near_goal, near_hull, in_slots, from_rollout = rng.random(4)
+        if self._states is not None and from_rollout < options.rollout_starts:
+            return self._states.sample(start, rng)
+        if self._mirror and start.goal[1] > 0:
             start.goal *= MIRROR
             start.motion[:, :3] *= MIRROR
-        _narrow(start, self._share)
-        if nearer < config.near_goals:
+        _turn_goal_ahead(start, self._progress)
+        if near_goal < options.near_goals:
             start.goal *= rng.random()
-        if beside < config.near_starts:
-            _put_beside(start.motion, params, rng)
-        if slots < config.slot_starts:
+        if near_hull < options.near_starts:
+            _place_near_hull(start.motion, params, rng)
+        if in_slots < options.slot_starts:
             starts.put_into_slots(start.motion, params, rng.choice([1.0, -1.0]))
         return start
 
 
-def _narrow(start: InitialState, share: float) -> None:
-    """Turns a goal towards where the team pushes, and to the heading of the vessel, in place."""
+def _turn_goal_ahead(start: InitialState, progress: float) -> None:
+    """Scale bearing and heading of a goal, in place; the bearing is from where the team pushes."""
     ahead = 1j * start.side
     goal = complex(*start.goal[:2]) * ahead
-    goal = abs(goal) * np.exp(1j * share * np.angle(goal)) / ahead
-    start.goal[:] = goal.real, goal.imag, share * start.goal[2]
+    goal = abs(goal) * np.exp(1j * progress * np.angle(goal)) / ahead
+    start.goal[:] = goal.real, goal.imag, progress * start.goal[2]
 
 
-def _put_beside(motion: Float, params: EnvParams, rng: np.random.Generator) -> None:
-    """Places the boats (B, 6) of a vessel at the origin at random beside its hull, in place."""
+def _place_near_hull(motion: Float, params: EnvParams, rng: np.random.Generator) -> None:
+    """Place the boats at random close to the hull of a vessel at the origin, in place.
+
+    Where it is too crowded for the team, the boats stay where they are.
+
+    Args:
+        motion: (1 + A, 6) of vessel and boats.
+        params: of the environment.
+        rng: random generator.
+    """
     vessel, boat = params.vessel, params.boat
     half = np.array([vessel.length, vessel.width]) / 2
-    clear, apart = np.hypot(boat.length, boat.width) / 2, 1.05 * np.hypot(boat.length, boat.width)
+    diagonal = np.hypot(boat.length, boat.width)
+    clear, apart = diagonal / 2, 1.05 * diagonal
     placed: list[Float] = []
     for _ in range(TRIES * params.num_boats):
         if len(placed) == params.num_boats:
             break
-        point = rng.uniform(-half - BESIDE * vessel.length, half + BESIDE * vessel.length)
+        point = rng.uniform(-half - MARGIN * vessel.length, half + MARGIN * vessel.length)
         gap = np.hypot(*np.maximum(np.abs(point) - half, 0.0))
-        if gap > clear and all(np.hypot(*(point - other)) > apart for other in placed):
+        if gap > clear and all(np.hypot(*(point - boat)) > apart for boat in placed):
             placed.append(point)
     else:
-        return  # too crowded; they begin where they are
+        return
     motion[1:, :2] = placed
     motion[1:, 2] = rng.uniform(-np.pi, np.pi, params.num_boats)

@@ -1,51 +1,65 @@
-"""Learning curves of one or several recipes: ``python -m train.curves NAME=RUN,RUN ... FILE``.
+"""Learning curves of trainings: ``python -m train.curves NAME=RUN,RUN ... --out FILE``.
 
 Success and time on development seeds against the time of training. A line is the mean over the
-runs of a recipe, at their common evaluations; the band is its 95 % interval by Student's t, or, of
+runs of a name, at their common evaluations; the band is its 95 % interval by Student's t, or, of
 a run alone, Wilson's interval of its success.
 """
 
 from __future__ import annotations
 
-import argparse
-import csv
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import tyro
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.stats import t as student
+from tyro.conf import Positional
 
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.report import palette
+from train import learning_curve
 
 CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
-class Curve:
-    """Evaluations of the runs of a recipe in one group of worlds.
+class Options:
+    """Draw learning curves: success and time of deliveries against minutes of training."""
 
-    Attributes:
-        minutes: (n,) of training, mean over the runs.
-        success: (runs, n) share of episodes.
-        time: (runs, n) median of those that succeeded, s.
-        episodes: of an evaluation.
-    """
+    curves: Positional[tuple[str, ...]]
+    """Curves, each NAME=RUN,RUN with the folders of its runs."""
+    out: Path
+    """Picture to be written: .png, .svg or .pdf."""
+    num_boats: int = 4
+    """Team size of the worlds."""
+    scenario: str = "noisy"
+    """Disturbances of the worlds."""
+    title: str = ""
+    """Title of the picture."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Evaluations of several runs in one group of worlds."""
 
     minutes: Float
+    """(n,) time of training, mean over the runs."""
     success: Float
+    """(runs, n) fraction of successful episodes."""
     time: Float
+    """(runs, n) median time of successful episodes, s."""
     episodes: int
+    """Number of episodes of an evaluation."""
 
 
 def read(runs: Sequence[Path], num_boats: int, scenario: str) -> Curve:
-    """The curve of some runs.
+    """Return the curve of some runs.
 
     Raises:
         FileNotFoundError: a folder without evaluations.
@@ -64,25 +78,24 @@ def read(runs: Sequence[Path], num_boats: int, scenario: str) -> Curve:
     return Curve(minutes, column("success"), column("median_time"), episodes)
 
 
-def _rows(file: Path, num_boats: int, scenario: str) -> dict[int, dict[str, Any]]:
-    """Rows of ``curve.csv`` in such worlds by their timesteps."""
+def _rows(file: Path, num_boats: int, scenario: str) -> dict[int, dict[str, str]]:
+    """Return the rows of ``curve.csv`` in such worlds by their timesteps."""
     if not file.exists():
-        raise FileNotFoundError(f"{file}: there is none; is its folder that of a run?")
-    with file.open(newline="", encoding="utf-8") as text:
-        rows = list(csv.DictReader(text))
+        raise FileNotFoundError(f"{file} does not exist: is its folder that of a run?")
     wanted = (str(num_boats), scenario)
+    rows = learning_curve.read(file)
     return {int(r["timesteps"]): r for r in rows if (r["num_boats"], r["scenario"]) == wanted}
 
 
 def band(values: Float) -> tuple[Float, Float]:
-    """95 % interval (n,), (n,) of the mean of values (runs, n) over two runs or more."""
+    """Return the 95 % interval (n,), (n,) of the mean of values (runs, n), over 2 runs or more."""
     runs = len(values)
     half = student.ppf((1 + CONFIDENCE) / 2, runs - 1) * values.std(axis=0, ddof=1) / np.sqrt(runs)
     return values.mean(axis=0) - half, values.mean(axis=0) + half
 
 
 def draw(curves: dict[str, Curve], title: str) -> Figure:
-    """A figure of the curves of several recipes by name."""
+    """Return a figure of curves by name."""
     figure = Figure(figsize=(8, 3.6), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
@@ -94,26 +107,28 @@ def draw(curves: dict[str, Curve], title: str) -> Figure:
         right.plot(curve.minutes, np.mean(curve.time, axis=0), color=colour)
         if len(curve.time) > 1:
             right.fill_between(curve.minutes, *band(curve.time), color=colour, alpha=0.2, lw=0)
-    _dress(left, "success on development seeds (%)")
+    _style(left, "success on development seeds (%)")
     left.set_ylim(-3, 103)
     figure.legend(loc="outside lower center", ncols=min(len(curves), 2), frameon=False)
-    _dress(right, "median time of successes (s)")
+    _style(right, "median time of successes (s)")
     right.set_ylim(bottom=0)
     figure.suptitle(title, fontsize="medium")
     return figure
 
 
 def _success_band(curve: Curve) -> tuple[Float, Float]:
+    """Return the 95 % interval (n,), (n,) of the success."""
     if len(curve.success) > 1:
         low, high = band(curve.success)
         return np.clip(low, 0, 1), np.clip(high, 0, 1)
     counts = np.round(curve.success[0] * curve.episodes).astype(int)
     trials = [np.arange(curve.episodes) < count for count in counts]
     estimates = [statistics.proportion(trial[None]) for trial in trials]
-    return np.array([one.low for one in estimates]), np.array([one.high for one in estimates])
+    low, high = np.array([(estimate.low, estimate.high) for estimate in estimates]).T
+    return low, high
 
 
-def _dress(axes: Axes, name: str) -> None:
+def _style(axes: Axes, name: str) -> None:
     axes.set_xlabel("training (min)")
     axes.set_ylabel(name)
     axes.set_xlim(left=0)
@@ -122,25 +137,21 @@ def _dress(axes: Axes, name: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Draws what a command line asks for."""
-    parser = argparse.ArgumentParser(prog="python -m train.curves", description=__doc__)
-    parser.add_argument("recipes", nargs="+", metavar="NAME=RUN,RUN", help="runs of a recipe")
-    parser.add_argument("file", type=Path, help="picture: .png, .svg or .pdf")
-    parser.add_argument("--num-boats", type=int, default=4, help="of the worlds (%(default)s)")
-    parser.add_argument("--scenario", default="noisy", help="of the worlds (%(default)s)")
-    parser.add_argument("--title", default="")
-    options = parser.parse_args(arguments)
-    if len(options.recipes) > len(palette.SERIES):
-        parser.error(f"{len(options.recipes)} recipes: at most {len(palette.SERIES)} in a picture")
+    """Draw what a command line asks for; exit with a message where something is wrong."""
+    program = "python -m train.curves"
+    options = tyro.cli(Options, args=arguments, prog=program)
     try:
+        if len(options.curves) > len(palette.SERIES):
+            most = len(palette.SERIES)
+            raise ValueError(f"{len(options.curves)} curves: at most {most} in a picture")
         curves = {}
-        for word in options.recipes:
+        for word in options.curves:
             name, _, runs = word.partition("=")
             folders = [Path(run) for run in (runs or name).split(",")]
             curves[name] = read(folders, options.num_boats, options.scenario)
-        draw(curves, options.title).savefig(options.file, dpi=150)
+        draw(curves, options.title).savefig(options.out, dpi=150)
     except (ValueError, OSError) as error:
-        parser.error(str(error))
+        sys.exit(f"{program}: {error}")
 
 
 if __name__ == "__main__":

@@ -1,15 +1,13 @@
 """Imitation of the scripted policy, as a warm start: DAgger (Ross, Gordon and Bagnell, 2011).
 
-In the first round the scripted policy acts; later on the learner does more and more of it, and the
-scripted policy says what it would have done where the learner has come to. The learner's memory
-is no longer than an observation, that of the scripted policy is: it learns what can be told from
-what is seen.
+In the first round the expert, the scripted policy, acts. In later rounds the learner acts more and
+more often, and is trained on what the expert would have done in the states that it reaches. The
+expert remembers more than an observation holds; the learner learns what follows from observations.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,68 +15,66 @@ import torch
 from torch import Tensor, nn
 from tqdm import tqdm
 
-from asv_env.sensing import observation
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Bool, Observation, Sensed
 from baselines.policy import Policy
-from baselines.rollout import trajectories
 from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
-from train.curriculum import Starts, training_params
+from train.curriculum import CurriculumStates, training_params
+from train.demonstrations import Pairs, demonstrations
 
-TEACHES = 0.6
-"""Share of the worlds in which the teacher acts, from round to round."""
-TURNS = 5.0
-"""Time after which it is drawn anew who acts, s."""
+EXPERT_FRACTION = 0.6
+"""Fraction of the worlds in which the expert acts, to the power of the round."""
+TURN = 5.0
+"""Time between two random choices of these worlds, s."""
 BATCH = 4096
+"""Decisions of a gradient step."""
 LEARNING_RATE = 1e-3
+"""Learning rate of the first three quarters of the rounds."""
 LAST_RATE = 3e-4
 """Learning rate of the last quarter of the rounds."""
 TOLERANCE = 0.2
-"""Error of an action from which on the loss grows linearly."""
-Pairs = tuple[Observation, Action]
+"""Error of an action beyond which the loss grows linearly."""
 
 
-def imitate(actor: nn.Module, config: Config, bar: tqdm) -> float:
-    """Trains an actor on what the scripted policy does; advances ``bar`` by one a round.
+def imitate(actor: nn.Module, config: Config) -> None:
+    """Train an actor to act as the scripted policy does; without rounds, leave it as it is.
 
     Args:
         actor: from observations (n, K) to actions (n, 2).
         config: of the run.
-        bar: of the rounds.
-
-    Returns:
-        Loss of the last round.
     """
+    options = config.imitation
+    if not options.rounds:
+        return
     optimizer = torch.optim.Adam(actor.parameters(), LEARNING_RATE)
     shuffle = torch.Generator().manual_seed(config.seed)
-    pairs = list(recorded(config))
-    loss = float("nan")
-    for number in range(config.imitation_rounds):
-        pairs += watched(actor, config, number)
-        seen, done = (torch.from_numpy(np.concatenate(some)) for some in zip(*pairs, strict=True))
-        late = number >= 0.75 * config.imitation_rounds
-        optimizer.param_groups[0]["lr"] = LAST_RATE if late else LEARNING_RATE
-        loss = fit(actor, optimizer, seen, done, config.imitation_steps, shuffle)
-        bar.set_postfix_str(f"loss {loss:.4f} of {len(seen):,} decisions", refresh=False)
-        bar.update()
-    return loss
+    pairs = list(demonstrations(config))
+    with tqdm(total=options.rounds, unit=" round", desc="imitation", file=sys.stderr) as bar:
+        for number in range(options.rounds):
+            pairs += dagger_rollouts(actor, config, number)
+            seen, wanted = map(torch.from_numpy, map(np.concatenate, zip(*pairs, strict=True)))
+            late = number >= 0.75 * options.rounds
+            optimizer.param_groups[0]["lr"] = LAST_RATE if late else LEARNING_RATE
+            loss = fit(actor, optimizer, seen, wanted, options.steps, shuffle)
+            bar.set_postfix_str(f"loss {loss:.4f} of {len(seen):,} decisions", refresh=False)
+            bar.update()
 
 
 def fit(
     actor: nn.Module,
     optimizer: torch.optim.Optimizer,
     seen: Tensor,
-    done: Tensor,
+    wanted: Tensor,
     steps: int,
     shuffle: torch.Generator,
 ) -> float:
-    """Gradient descent on pairs of observation (n, K) and action (n, 2); the mean loss."""
+    """Train on observations (n, K) and actions (n, 2) by gradient descent; return the mean loss."""
     total = 0.0
     for _ in range(steps):
-        some = torch.randint(len(seen), (BATCH,), generator=shuffle)
-        loss = nn.functional.smooth_l1_loss(actor(seen[some]), done[some], beta=TOLERANCE)
+        batch = torch.randint(len(seen), (BATCH,), generator=shuffle)
+        loss = nn.functional.smooth_l1_loss(actor(seen[batch]), wanted[batch], beta=TOLERANCE)
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
@@ -86,108 +82,69 @@ def fit(
     return total / steps
 
 
-def watched(actor: nn.Module, config: Config, number: int) -> list[Pairs]:
-    """What is seen in a round, and what the teacher would do there; of every group of worlds."""
-    first = config.first_seed + number * config.imitation_worlds
+def dagger_rollouts(actor: nn.Module, config: Config, number: int) -> list[Pairs]:
+    """Return the observations of round ``number`` and the expert's actions, by group of worlds."""
+    first = config.first_seed + number * config.imitation.worlds
     pairs = []
-    for group, worlds in config.shared_out(config.imitation_worlds).items():
+    for group, worlds in config.worlds.groups(config.imitation.worlds).items():
         seeds = range(first, first + max(1, worlds))
-        pairs.append(_watched(actor, config, group, seeds, number))
+        pairs.append(_dagger_rollout(actor, config, group, seeds, number))
         first = seeds.stop
     return pairs
 
 
-def _watched(
+def _dagger_rollout(
     actor: nn.Module, config: Config, group: tuple[int, str], seeds: range, number: int
 ) -> Pairs:
     params = training_params(config, *group)
-    simulation = Simulation(params, len(seeds), initial_states=Starts(config))
-    mixture = Mixture(ScriptedPolicy(params), actor, config.decision_rate, seeds.start, number)
-    ticks = round(config.imitation_time * config.decision_rate)
-    pairs = [
-        (tick.observation.reshape(-1, tick.observation.shape[-1]), tick.memory.label.reshape(-1, 2))
-        for tick in rollout(simulation, mixture.act, seeds, ticks)
-    ]
-    return tuple(np.concatenate(some) for some in zip(*pairs, strict=True))  # type: ignore[return-value]
+    simulation = Simulation(params, len(seeds), initial_states=CurriculumStates(config))
+    rate = config.worlds.decision_rate
+    mixture = Mixture(
+        ScriptedPolicy(params), actor, EXPERT_FRACTION**number, round(TURN * rate), seeds.start
+    )
+    seen, wanted = [], []
+    for tick in rollout(simulation, mixture.act, seeds, round(config.imitation.time * rate)):
+        seen.append(tick.observation.reshape(-1, tick.observation.shape[-1]))
+        wanted.append(tick.memory.expert_action.reshape(-1, 2))
+    return np.concatenate(seen), np.concatenate(wanted)
 
 
-class Labelled(NamedTuple):
-    """What ``Mixture`` remembers: the expert's memory, and its action (W, A, 2)."""
+class MixtureMemory(NamedTuple):
+    """Memory of a ``Mixture``."""
 
     expert: Any
-    label: Action
+    """Memory of the expert."""
+    expert_action: Action
+    """Action (W, A, 2) that the expert takes or would take."""
 
 
 class Mixture:
-    """The expert acts in some worlds, the learner in the others; a ``Policy``.
+    """Policy by which the expert acts in some worlds and the learner in the others.
 
     Args:
         expert: policy that is imitated.
         actor: learner, from observations (..., K) to actions (..., 2).
-        rate: decisions a second.
-        seed: of the choice of worlds.
-        number: of the round; the expert acts in a share of ``TEACHES`` to this power.
+        fraction: of the worlds in which the expert acts.
+        period: ticks between two random choices of these worlds.
+        seed: of these choices.
     """
 
-    def __init__(self, expert: Policy, actor: nn.Module, rate: int, seed: int, number: int) -> None:
-        self._expert, self._actor, self._share = expert, actor, TEACHES**number
+    def __init__(
+        self, expert: Policy, actor: nn.Module, fraction: float, period: int, seed: int
+    ) -> None:
+        self._expert, self._actor, self._fraction = expert, actor, fraction
+        self._tick, self._period = 0, period
         self._rng = np.random.default_rng(seed)
-        self._tick, self._period = 0, round(TURNS * rate)
 
     def act(
-        self, sensed: Sensed, observation: Observation, memory: Labelled | None, fresh: Bool
-    ) -> tuple[Action, Labelled]:
+        self, sensed: Sensed, observation: Observation, memory: MixtureMemory | None, fresh: Bool
+    ) -> tuple[Action, MixtureMemory]:
         """See ``Policy.act``."""
         before = None if memory is None else memory.expert
-        label, after = self._expert.act(sensed, observation, before, fresh)
+        wanted, after = self._expert.act(sensed, observation, before, fresh)
         if self._tick % self._period == 0:
-            self._expert_acts = self._rng.random((len(fresh), 1, 1)) < self._share
+            self._expert_acts = self._rng.random((len(fresh), 1, 1)) < self._fraction
         self._tick += 1
         with torch.no_grad():
             learned = self._actor(torch.from_numpy(observation)).numpy()
-        return np.where(self._expert_acts, label, learned), Labelled(after, label)
-
-
-def recorded(config: Config) -> Iterator[Pairs]:
-    """Pairs of the recorded episodes that are to be imitated."""
-    for file in _files(config):
-        trajectory, _ = trajectories.load(file)
-        seen, done = trajectory.observation[:-1], trajectory.action
-        yield seen.reshape(-1, seen.shape[-1]), done.reshape(-1, 2)
-
-
-def check_recorded(config: Config) -> None:
-    """Refuses recorded episodes that must not be, or cannot be, learned from.
-
-    Raises:
-        FileNotFoundError: there are none in the folder.
-        ValueError: an episode that is not for training, of another task, kind of action or
-            version of the observation, or a file that is none.
-    """
-    files = _files(config)
-    if config.demonstrations is not None and not files:
-        raise FileNotFoundError(
-            f"{config.demonstrations} holds no recorded episodes: make some with "
-            "python -m baselines.evaluate --record"
-        )
-    for file in files:
-        _check(file, trajectories.about(file), config)
-
-
-def _files(config: Config) -> list[Path]:
-    return trajectories.files(config.demonstrations) if config.demonstrations else []
-
-
-def _check(file: Path, about: dict[str, Any], config: Config) -> None:
-    episode = about["episode"]
-    if about["purpose"] != "training":
-        raise ValueError(
-            f"{file}: seed {episode['seed']} is for {about['purpose'] or 'nothing'}, not for "
-            "training: record episodes with --seed 1000000000 and up"
-        )
-    told = (episode["task"], about["action_mode"], about["observation_version"])
-    wanted = (config.task, "tracking", observation.VERSION)
-    names = ("task", "action mode", "observation version")
-    for name, one, other in zip(names, told, wanted, strict=True):
-        if one != other:
-            raise ValueError(f"{file}: its {name} is {one!r}, that of the training {other!r}")
+        return np.where(self._expert_acts, wanted, learned), MixtureMemory(after, wanted)

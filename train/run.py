@@ -1,13 +1,13 @@
-"""The folder of a run: what was asked for, by which code, and how far it has come.
+"""The folder of a run: its options, the code that trained it, and the names of its files.
 
 ==================  =============================================================================
-``config.json``     options, and by which code, libraries and machine
-``checkpoint.zip``  all that the training needs to go on
-``curve.csv``       how good the policy was, evaluation by evaluation
-``best.npz``        policy file of the best of them
-``best.zip``        the same, as the engine saves it
-``policy.npz``      policy file of the last
-``tensorboard``     what the engine logs
+``config.json``     options, code, libraries and machine
+``checkpoint.zip``  all that the training needs to resume (``checkpoint``, a folder, of rllib)
+``curve.csv``       scores of the policy, evaluation by evaluation
+``best.npz``        policy file of the best evaluation
+``best.zip``        the same policy, as stable-baselines3 saves it
+``policy.npz``      policy file of the last evaluation
+``tensorboard``     log of the engine
 ==================  =============================================================================
 """
 
@@ -23,141 +23,132 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from asv_env.presets import make_params
 from asv_env.sensing import observation
 from baselines.learned import policy_file
 from baselines.learned.metadata import Layers, Metadata, Phase
-from baselines.learned.network import NetworkPolicy
-from baselines.learned.phases import PhasedPolicy
 from baselines.rollout import provenance
 from baselines.rollout.files import remove_parts, write, write_text
-from train import actors, tracking
-from train.config import CONTROL_RATE, Config
-from train.imitation import check_recorded
+from train.config import Config
 
-LIBRARIES = {
-    "sb3": ("numpy", "scipy", "pymunk", "gymnasium", "stable-baselines3", "torch"),
-    "rllib": ("numpy", "scipy", "pymunk", "gymnasium", "ray", "torch"),
-}
+COMMON = ("numpy", "scipy", "pymunk", "gymnasium", "torch")
+LIBRARIES = {"sb3": (*COMMON, "stable-baselines3"), "rllib": (*COMMON, "ray")}
+CONFIG, TENSORBOARD, BEST = "config.json", "tensorboard", "best"
 OWN = (
-    "config.json",
-    "checkpoint.zip",
-    "checkpoint",
-    "curve.csv",
-    "best.npz",
-    "best.zip",
-    "policy.npz",
+    *(CONFIG, TENSORBOARD, "checkpoint.zip", "checkpoint", "curve.csv"),
+    *("best.npz", "best.zip", "policy.npz"),
 )
-TENSORBOARD, BEST = "tensorboard", "best"
+"""Files and folders that are deleted when a run starts again."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run's folder.
-
-    Attributes:
-        config: of the run.
-    """
+    """A run's folder."""
 
     config: Config
+    """Options of the run."""
 
     @property
     def folder(self) -> Path:
-        """Where it is."""
+        """The folder itself."""
         return self.config.folder
 
     @property
     def checkpoint(self) -> Path:
-        """File from which the training goes on."""
+        """File from which stable-baselines3 resumes."""
         return self.folder / "checkpoint.zip"
 
     @property
     def curve(self) -> Path:
-        """File of the evaluations."""
+        """File of the learning curve."""
         return self.folder / "curve.csv"
 
     def open(self, began_with: dict[str, Any] | None = None) -> None:
-        """Begins the run, or finds the one that is there; without a checkpoint it is begun anew.
+        """Create the folder, or accept that of the same run; without a checkpoint, start again.
 
         Args:
-            began_with: model card of the policy file with which learning begins, if it does.
+            began_with: model card of the policy file with which learning begins, if there is one.
 
         Raises:
-            ValueError: the folder holds another run, or one that this code cannot go on with.
+            ValueError: the folder holds another run, or one that this code cannot resume.
             FileExistsError: it holds something else.
         """
-        told = self._told()
-        if told is None and self.folder.exists() and any(self.folder.iterdir()):
+        config = self._read_config()
+        if config is None and self.folder.exists() and any(self.folder.iterdir()):
             raise FileExistsError(
                 f"{self.folder} holds something else than a run: choose another folder with --out"
             )
-        if told is not None and self._has_checkpoint and not self.config.overwrite:
-            self._check(told)
+        if config is not None and self._has_checkpoint and not self.config.overwrite:
+            self._check_same(config)
             return
         self._clear()
         self.folder.mkdir(parents=True, exist_ok=True)
-        told = {"options": self.config.learned(), "began_with": began_with}
-        told |= {"observation_version": observation.VERSION, "id": uuid4().hex[:12]}
-        self._tell(told | _made_by(self.config))
+        self._write_config(
+            {
+                "options": self.config.learned(),
+                "began_with": began_with,
+                "observation_version": observation.VERSION,
+                "id": uuid4().hex[:12],
+                **_software(self.config),
+            }
+        )
 
     def note_code(self) -> None:
-        """Notes in ``config.json`` by what the run goes on, where code or a library has changed."""
-        told, now = self._told() or {}, _made_by(self.config)
-        parts = [told, *told.get("went_on_with", [])]
+        """Note in ``config.json`` where a run is resumed by other code or libraries."""
+        config, now = self._read_config() or {}, _software(self.config)
+        parts = [config, *config.get("resumed_with", [])]
         if any(parts[-1].get(name) != now[name] for name in ("code", "libraries")):
-            print(f"{self.folder} goes on with other code or libraries", file=sys.stderr)
-            self._tell(told | {"went_on_with": [*parts[1:], now]})
+            print(f"{self.folder} is resumed with other code or libraries", file=sys.stderr)
+            self._write_config(config | {"resumed_with": [*parts[1:], now]})
 
     @property
     def _has_checkpoint(self) -> bool:
         return self.checkpoint.exists() or (self.folder / "checkpoint").exists()
 
-    def _tell(self, told: dict[str, Any]) -> None:
-        text = json.dumps(told, indent=2) + "\n"
-        write_text(self.folder / "config.json", text)
+    def _write_config(self, config: dict[str, Any]) -> None:
+        write_text(self.folder / CONFIG, json.dumps(config, indent=2) + "\n")
 
-    def _told(self) -> dict[str, Any] | None:
-        """What ``config.json`` says; None where there is none of a run."""
+    def _read_config(self) -> dict[str, Any] | None:
+        """Return the content of ``config.json``; None where there is none of a run."""
         try:
-            told = json.loads((self.folder / "config.json").read_text(encoding="utf-8"))
+            config = json.loads((self.folder / CONFIG).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
         known = {"options", "observation_version"}
-        return told if isinstance(told, dict) and known <= told.keys() else None
+        return config if isinstance(config, dict) and known <= config.keys() else None
 
-    def _said(self, name: str) -> Any:
-        return (self._told() or {}).get(name)
+    def _config_field(self, name: str) -> Any:
+        return (self._read_config() or {}).get(name)
 
     @property
     def began_with(self) -> dict[str, Any] | None:
         """Model card of the policy file with which learning began."""
-        model_card: dict[str, Any] | None = self._said("began_with")
+        model_card: dict[str, Any] | None = self._config_field("began_with")
         return model_card
 
     @property
     def id(self) -> str | None:
-        """By which a tracker knows the run again; None for one from before runs had any."""
-        name: str | None = self._said("id")
+        """Name by which a tracker recognises the run; None for a run that has none."""
+        name: str | None = self._config_field("id")
         return name
 
     def _clear(self) -> None:
-        for name in (*OWN, TENSORBOARD):
-            path = self.folder / name
+        for path in (self.folder / name for name in OWN):
             if path.is_dir():
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)
         remove_parts(self.folder)
 
-    def _check(self, told: dict[str, Any]) -> None:
-        """Refuses to go on with a run that is not this one."""
-        remedy = "choose another folder with --out, or begin anew with --overwrite"
-        if told["observation_version"] != observation.VERSION:
+    def _check_same(self, config: dict[str, Any]) -> None:
+        """Refuse to resume a run of other options or observations."""
+        remedy = "choose another folder with --out, or start again with --overwrite"
+        if config["observation_version"] != observation.VERSION:
             raise ValueError(
-                f"{self.folder} was trained on version {told['observation_version']} of the "
+                f"{self.folder} was trained on version {config['observation_version']} of the "
                 f"observation, this is version {observation.VERSION}: {remedy}"
             )
-        before, now = Config().learned() | told["options"], self.config.learned()
+        before = by_name(Config().learned()) | by_name(config["options"])
+        now = by_name(self.config.learned())
         changed = [
             f"{name} was {before.get(name)!r} and is {now.get(name)!r}"
             for name in dict.fromkeys([*before, *now])
@@ -169,81 +160,37 @@ class Run:
             )
 
     def save_policy(self, name: str, layers: Layers, model_card: dict[str, Any]) -> Path:
-        """Writes a policy file into the folder."""
-        path = self.folder / name
-        phases = [Phase(layers, self.metadata)]
-        write(path, lambda part: policy_file.save(part, phases, model_card))
+        """Writes a policy file into the folder; returns its path."""
+        path, phase = self.folder / name, Phase(layers, self.metadata)
+        write(path, lambda part: policy_file.save(part, [phase], model_card))
         return path
 
     @property
     def metadata(self) -> Metadata:
         """What a policy of this run is made for."""
         return Metadata(
-            tasks=(self.config.task,),
-            activation=self.config.activation,
-            action_repeat=self.config.decide_every,
-            residual=self.config.residual,
-            mirrors=self.config.mirror,
+            tasks=(self.config.definition.name,),
+            activation=self.config.network.activation,
+            action_repeat=self.config.worlds.decide_every,
+            residual=self.config.network.residual,
+            mirrors=self.config.worlds.mirror,
+            observation=self.config.observed,
         )
 
 
-def opened(config: Config) -> tuple[Run, Layers | None]:
-    """The run with its folder, once all that was asked for is found to go.
-
-    Returns:
-        The run, and the layers with which learning begins where ``initial`` has any.
-
-    Raises:
-        ValueError, OSError, ImportError: something does not go; nothing was made then.
-    """
-    start, model_card = initial(config)
-    check_recorded(config)
-    if config.hand_over is not None:
-        handed, _ = policy_file.read(config.hand_over)
-        try:
-            for team in config.teams:
-                PhasedPolicy(handed, make_params("transport", team))
-        except ValueError as error:
-            raise ValueError(f"--hand-over {config.hand_over}: {error}") from error
-    tracking.check(config)
-    run = Run(config)
-    run.open(model_card)
-    return run, start
+def by_name(options: dict[str, Any]) -> dict[str, Any]:
+    """Return nested options by names such as "ppo.gamma"."""
+    flat: dict[str, Any] = {}
+    for name, value in options.items():
+        if isinstance(value, dict):
+            flat |= {f"{name}.{field}": inner for field, inner in value.items()}
+        else:
+            flat[name] = value
+    return flat
 
 
-def initial(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]:
-    """Layers and model card of the policy file with which learning begins, if there is one.
-
-    Raises:
-        ValueError: a policy of another kind of action or version of the observation, or of
-            another activation.
-        FileNotFoundError: there is no such file.
-    """
-    if config.init_from is None:
-        return None, None
-    phase, model_card = policy_file.read_single(config.init_from)
-    layers, metadata = phase.layers, phase.metadata
-    try:
-        NetworkPolicy(layers, metadata, make_params(metadata.tasks[0]))
-        actors.check_fit(layers, (len(observation.NAMES), *config.hidden, 2))
-    except ValueError as error:
-        raise ValueError(f"--init-from {config.init_from}: {error}") from error
-    wanted = {
-        "activation": (metadata.activation, config.activation),
-        "mirror": (metadata.mirrors, config.mirror),
-        "residual": (metadata.residual, config.residual),
-        "decision_rate": (CONTROL_RATE // metadata.action_repeat, config.decision_rate),
-    }
-    for option, (told, asked) in wanted.items():
-        if told != asked:
-            raise ValueError(
-                f"--init-from {config.init_from}: its {option} is {told!r}, that of the training "
-                f"{asked!r}; train with that of the file"
-            )
-    return layers, model_card
-
-
-def _made_by(config: Config) -> dict[str, Any]:
+def _software(config: Config) -> dict[str, Any]:
+    """Return the code, the libraries and the machine of a training."""
     return {
         "code": provenance.code("train"),
         "revision": revision(),
@@ -254,12 +201,12 @@ def _made_by(config: Config) -> dict[str, Any]:
 
 
 def revision() -> str | None:
-    """Of git, marked where files differ from it; None where there is none."""
+    """Return the git revision, marked where files differ from it; None where there is none."""
     command = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
     try:
-        told = subprocess.run(
+        answer = subprocess.run(
             command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True
         )
     except (OSError, subprocess.CalledProcessError):
         return None
-    return told.stdout.strip()
+    return answer.stdout.strip()

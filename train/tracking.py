@@ -1,4 +1,4 @@
-"""Reports to an experiment tracker, where that is asked for."""
+"""Reports to Weights & Biases."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from train.config import Config
 
 @contextmanager
 def tracked(config: Config, folder: Path, name: str | None) -> Iterator[None]:
-    """Sends what goes to TensorBoard to Weights & Biases too, while the block runs.
+    """Send what goes to TensorBoard to Weights & Biases too, while the block runs.
 
     Args:
         config: of the run.
         folder: of the run.
-        name: by which a run that goes on is known again.
+        name: by which a resumed run is recognised.
     """
-    if not config.track:
+    if not config.tracking.track:
         yield
         return
     import wandb
 
     run = wandb.init(
-        project=config.wandb_project_name,
-        entity=config.wandb_entity,
+        project=config.tracking.wandb_project_name,
+        entity=config.tracking.wandb_entity,
         name=folder.name,
         id=name,
         resume="allow",
@@ -40,12 +40,12 @@ def tracked(config: Config, folder: Path, name: str | None) -> Iterator[None]:
 
 
 def check(config: Config) -> None:
-    """Refuses to track without the tracker.
+    """Refuse to track where Weights & Biases is not installed.
 
     Raises:
         ImportError: it is not installed.
     """
-    if config.track:
+    if config.tracking.track:
         try:
             import wandb  # noqa: F401
         except ImportError as error:

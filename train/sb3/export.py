@@ -1,73 +1,100 @@
-"""From a run to a policy file that needs no torch: ``python -m train.sb3.export RUN FILE``.
+"""Checked copy of the best policy of a run: ``python -m train.sb3.export RUN FILE``.
 
-The best policy of the run is taken. Before its file is left where it is wanted, its actions are
-held against those of the network that was trained, on what boats observe.
+The actions of the policy file, which needs no torch, are compared with those of the network that
+was trained, on observations of a rollout.
 """
 
 from __future__ import annotations
 
-import argparse
 import shutil
+import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
+import tyro
+from tyro.conf import Positional
 
 from asv_env.params import EnvParams
-from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
 from baselines.learned import policy_file
 from baselines.learned.network import NetworkPolicy
 from baselines.rollout import seeds
 from baselines.rollout.files import write
-from baselines.rollout.loop import Tick, rollout
+from baselines.rollout.loop import rollout
 from train.run import BEST
 from train.sb3 import policies
 from train.sb3.ppo import Learner
 
 TOLERANCE = 1e-5
-"""Largest difference between the actions of a policy file and those of the original."""
-WORLDS, SECONDS = 16, 20.0
-"""From which the observations come."""
+"""Largest difference between the actions of a policy file and those of the network."""
+WORLDS = 16
+"""Number of worlds in which they are compared."""
+SECONDS = 20.0
+"""Simulated time for which they are compared, s."""
 
 
-def compare(
-    policy: NetworkPolicy, original: Callable[[Observation], Action], params: EnvParams
+@dataclass(frozen=True)
+class Options:
+    """Copy the best policy of a run, if its file acts as the network that was trained."""
+
+    run: Positional[Path]
+    """Folder of the run."""
+    file: Positional[Path]
+    """Policy file (.npz) to be written."""
+    overwrite: bool = False
+    """Replace the file if it exists."""
+
+
+def largest_difference(
+    policy: NetworkPolicy, network: Callable[[Observation], Action], params: EnvParams
 ) -> float:
-    """Largest difference between two policies' actions, on the way of the first.
+    """Return the largest difference between the actions of a policy and a network.
 
     Args:
-        policy: from a policy file.
-        original: from observations (n, K) to actions (n, 2) in [-1, 1].
+        policy: from a policy file, which acts.
+        network: from observations (n, K) to actions (n, 2) in [-1, 1].
         params: of the environment.
     """
-    simulation = Simulation(params, WORLDS)
-    first = seeds.DEVELOPMENT.start
-    ticks = round(SECONDS * params.clock.control)
 
     def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:
         return policy.forward(observation), None
 
-    def difference(tick: Tick) -> float:
-        wanted = original(tick.observation.reshape(-1, tick.observation.shape[-1]))
-        return float(np.abs(tick.action - wanted.reshape(tick.action.shape)).max())
+    first, largest = seeds.DEVELOPMENT.start, 0.0
+    episodes, ticks = range(first, first + WORLDS), round(SECONDS * params.clock.control)
+    for tick in rollout(Simulation(params, WORLDS), act, episodes, ticks):
+        wanted = network(tick.observation.reshape(-1, tick.observation.shape[-1]))
+        difference = np.abs(tick.action - wanted.reshape(tick.action.shape)).max()
+        largest = max(largest, float(difference))
+    return largest
 
-    return max(map(difference, rollout(simulation, act, range(first, first + WORLDS), ticks)))
 
-
-def check(file: Path, original: Callable[[Observation], Action]) -> float:
-    """The difference of a policy file from its original.
+def check(run: Path) -> float:
+    """Returns the difference of the best policy file of a run from the network that was trained.
 
     Raises:
         ValueError: it is larger than ``TOLERANCE``.
+        FileNotFoundError: the run has none.
     """
+    file, model = run / f"{BEST}{policy_file.SUFFIX}", run / f"{BEST}.zip"
+    for needed in (file, model):
+        if not needed.exists():
+            raise FileNotFoundError(f"{needed} does not exist; has the run been evaluated yet?")
+    learner = Learner.load(model, device="cpu")
+    actor, params = policies.actor(learner.policy), learner.config.params()
+
+    def trained(observation: Observation) -> Action:
+        with torch.no_grad():
+            action: Action = actor(torch.from_numpy(observation)).clamp(-1.0, 1.0).numpy()
+        return action
+
     phase, _ = policy_file.read_single(file)
-    params = make_params(phase.metadata.tasks[0])
     policy = NetworkPolicy(phase.layers, phase.metadata, params)
-    difference = compare(policy, original, params)
+    difference = largest_difference(policy, trained, params)
     if difference > TOLERANCE:
         raise ValueError(
             f"{file}: its actions differ by up to {difference:.1e} from those of the original"
@@ -75,43 +102,20 @@ def check(file: Path, original: Callable[[Observation], Action]) -> float:
     return difference
 
 
-def trained(folder: Path) -> Callable[[Observation], Action]:
-    """The network of the best policy of a run.
-
-    Raises:
-        FileNotFoundError: the run has none.
-    """
-    file = folder / f"{BEST}.zip"
-    if not file.exists():
-        raise FileNotFoundError(f"{file}: there is none; has the run been evaluated yet?")
-    actor = policies.actor(Learner.load(file, device="cpu").policy)
-
-    def act(observation: Observation) -> Action:
-        with torch.no_grad():
-            action: Action = actor(torch.from_numpy(observation)).clamp(-1.0, 1.0).numpy()
-        return action
-
-    return act
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Exports as a command line says; exits with a message where something is wrong."""
-    parser = argparse.ArgumentParser(prog="python -m train.sb3.export", description=__doc__)
-    parser.add_argument("run", type=Path, help="folder of a run")
-    parser.add_argument("file", type=Path, help="policy file (.npz) to be written")
-    parser.add_argument("--overwrite", action="store_true", help="replace it if it is there")
-    options = parser.parse_args(arguments)
+    """Export as a command line says; exit with a message where something is wrong."""
+    options = tyro.cli(Options, args=arguments, prog="python -m train.sb3.export")
+    file = options.file
     try:
-        if options.file.exists() and not options.overwrite:
-            raise FileExistsError(f"{options.file} exists: name another, or use --overwrite")
-        if options.file.suffix != policy_file.SUFFIX:
-            raise ValueError(f"{options.file}: a policy file ends in {policy_file.SUFFIX}")
-        own = options.run / f"{BEST}{policy_file.SUFFIX}"
-        difference = check(own, trained(options.run))
-        write(options.file, lambda part: shutil.copyfile(own, part))
+        if file.exists() and not options.overwrite:
+            raise FileExistsError(f"{file} exists: name another, or use --overwrite")
+        if file.suffix != policy_file.SUFFIX:
+            raise ValueError(f"{file}: a policy file ends in {policy_file.SUFFIX}")
+        difference, own = check(options.run), options.run / f"{BEST}{policy_file.SUFFIX}"
+        write(file, lambda part: shutil.copyfile(own, part))
     except (ValueError, OSError) as error:
-        parser.error(str(error))
-    print(f"{options.file}: the same to {difference:.1e}, {options.file.stat().st_size:,} bytes")
+        sys.exit(f"python -m train.sb3.export: {error}")
+    print(f"{file}: the same to {difference:.1e}, {file.stat().st_size:,} bytes")
 
 
 if __name__ == "__main__":

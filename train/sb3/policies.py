@@ -1,4 +1,4 @@
-"""Actor and critic of stable-baselines3: perceptrons that see the same, or the world's state."""
+"""Actor and critic of stable-baselines3, whose critic may see the state of the world."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from train.config import Config
 ACTIVATIONS = {"relu": nn.ReLU, "tanh": nn.Tanh}
 
 
-class AsTheyAre(BaseFeaturesExtractor):
-    """Hands a dictionary of observations on."""
+class Identity(BaseFeaturesExtractor):
+    """Features extractor that passes a dictionary of observations on."""
 
     def __init__(self, observation_space: Dict) -> None:
         super().__init__(observation_space, features_dim=1)
 
     def forward(self, observations: dict[str, Tensor]) -> Any:
-        """The same."""
+        """Return the observations."""
         return observations
 
 
-class ApartPerceptrons(nn.Module):
-    """The hidden layers of an actor of "obs" and of a critic of "obs" and "state"."""
+class ActorAndCritic(nn.Module):
+    """Hidden layers of an actor that sees "obs" and of a critic that sees "obs" and "state"."""
 
     def __init__(self, space: Dict, hidden: list[int], activation: type[nn.Module]) -> None:
         super().__init__()
@@ -37,16 +37,16 @@ class ApartPerceptrons(nn.Module):
         self.latent_dim_pi = self.latent_dim_vf = hidden[-1]
 
     def forward(self, features: dict[str, Tensor]) -> tuple[Tensor, Tensor]:
-        """Of the actor and of the critic."""
+        """Return the last hidden layers (n, hidden[-1]) of actor and critic."""
         return self.forward_actor(features), self.forward_critic(features)
 
     def forward_actor(self, features: dict[str, Tensor]) -> Tensor:
-        """Of the actor, from what a boat observes."""
+        """Return the last hidden layer of the actor, from what a boat observes."""
         latent: Tensor = self.policy_net(features["obs"])
         return latent
 
     def forward_critic(self, features: dict[str, Tensor]) -> Tensor:
-        """Of the critic, from that and from the state of the world."""
+        """Return the last hidden layer of the critic, from observation and state of the world."""
         latent: Tensor = self.value_net(torch.cat([features["obs"], features["state"]], dim=-1))
         return latent
 
@@ -55,18 +55,18 @@ class CentralCriticPolicy(MultiInputActorCriticPolicy):
     """The actor sees what its boat observes, the critic the true state of the world too."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **{**kwargs, "features_extractor_class": AsTheyAre})
+        super().__init__(*args, **{**kwargs, "features_extractor_class": Identity})
 
     def _build_mlp_extractor(self) -> None:
         assert isinstance(self.observation_space, Dict)
         assert isinstance(self.net_arch, list)
-        self.mlp_extractor: Any = ApartPerceptrons(
+        self.mlp_extractor: Any = ActorAndCritic(
             self.observation_space, self.net_arch, self.activation_fn
         )
 
 
 def perceptron(inputs: int, hidden: list[int], activation: type[nn.Module]) -> nn.Sequential:
-    """Hidden layers, an activation behind each."""
+    """Return hidden layers with an activation after each."""
     layers: list[nn.Module] = []
     for size in hidden:
         layers += [nn.Linear(inputs, size), activation()]
@@ -75,19 +75,19 @@ def perceptron(inputs: int, hidden: list[int], activation: type[nn.Module]) -> n
 
 
 def policy_class(config: Config) -> type[ActorCriticPolicy]:
-    """For the critic that is asked for."""
-    return CentralCriticPolicy if config.critic == "central" else ActorCriticPolicy
+    """Return the policy class for the critic of the options."""
+    return CentralCriticPolicy if config.network.critic == "central" else ActorCriticPolicy
 
 
 def policy_options(config: Config) -> dict[str, Any]:
-    """What the class is made with."""
+    """Return the arguments of the policy class."""
     return {
-        "net_arch": list(config.hidden),
-        "activation_fn": ACTIVATIONS[config.activation],
-        "log_std_init": config.log_std_init,
+        "net_arch": list(config.network.hidden),
+        "activation_fn": ACTIVATIONS[config.network.activation],
+        "log_std_init": config.network.log_std_init,
     }
 
 
 def actor(policy: ActorCriticPolicy) -> nn.Module:
-    """From observations to mean actions; shares its weights with the policy."""
+    """Return the network from observations to mean actions; it shares the policy's weights."""
     return nn.Sequential(policy.mlp_extractor.policy_net, policy.action_net)

@@ -11,18 +11,18 @@ from asv_env.types import Action, Bool, Observation
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 
-class CorrectedVecEnv(BoatVecEnv):
+class ResidualVecEnv(BoatVecEnv):
     """A ``BoatVecEnv`` whose actions are added to those of the scripted policy.
 
     Args:
         *args: see ``BoatVecEnv``.
-        share: of a full action that a correction of 1 amounts to.
+        scale: fraction of a full action by which an action of 1 corrects the scripted policy.
         **options: see ``BoatVecEnv``.
     """
 
-    def __init__(self, *args: Any, share: float, **options: Any) -> None:
+    def __init__(self, *args: Any, scale: float, **options: Any) -> None:
         super().__init__(*args, **options)
-        self._share, self._script = share, ScriptedPolicy(self.params)
+        self._scale, self._scripted = scale, ScriptedPolicy(self.params)
         self._memory: Any = None
         self._fresh = np.ones(self.num_worlds, dtype=np.bool_)
 
@@ -32,11 +32,11 @@ class CorrectedVecEnv(BoatVecEnv):
         return super().reset()
 
     def step_async(self, actions: Action) -> None:
-        """Takes the corrections (W A, 2) of the next step."""
+        """Take the corrections (W A, 2) of the next step."""
         sensed = self.simulation.sensed
-        unseen = np.empty(0, dtype=np.float32)  # It reads what is sensed.
-        script, self._memory = self._script.act(sensed, unseen, self._memory, self._fresh)
-        super().step_async(script.reshape(-1, 2) + self._share * np.asarray(actions))
+        unused = np.empty(0, dtype=np.float32)  # the scripted policy reads what is sensed
+        scripted, self._memory = self._scripted.act(sensed, unused, self._memory, self._fresh)
+        super().step_async(scripted.reshape(-1, 2) + self._scale * np.asarray(actions))
 
     def step_wait(self) -> tuple[RowObservation, Observation, Bool, list[dict[str, Any]]]:
         """See ``BoatVecEnv.step_wait``."""

@@ -1,0 +1,52 @@
+"""Imitation: recorded episodes, and a learner that comes near to its expert."""
+
+import pytest
+import torch
+from train_helpers import refusal, tiny
+
+from baselines import evaluate
+from baselines.rollout import trajectories
+from train import imitation
+from train.demonstrations import check_demonstrations
+from train.demonstrations import demonstrations as demonstrations_of
+
+
+@pytest.fixture(scope="module")
+def demonstrations(tmp_path_factory):
+    out = tmp_path_factory.mktemp("recorded")
+    for seed in (10**9, 5):
+        words = f"--task push --random-goals --seed {seed} --episodes 1 --record --workers 0"
+        words += " --policies scripted"
+        evaluate.main([*words.split(), "--out", str(out / str(seed))])
+    return out
+
+
+def test_recorded_episodes_are_imitated(demonstrations):
+    config = tiny(imitation={"demonstrations": demonstrations / str(10**9)})
+    check_demonstrations(config)
+    ((seen, done),) = demonstrations_of(config)
+    trajectory, _ = trajectories.load(next(config.imitation.demonstrations.rglob("*.npz")))
+    assert len(seen) == len(done) == 4 * len(trajectory.action)
+
+
+def test_episodes_of_the_tests_are_not_learned_from(demonstrations, tmp_path):
+    options = ("--imitation.demonstrations", demonstrations / "5", "--out", tmp_path / "run")
+    assert "seed 5 is for test, not for training" in refusal(*options)
+    assert not (tmp_path / "run").exists()
+
+
+def test_episodes_of_another_task_are_not_learned_from(demonstrations):
+    options = ("--imitation.demonstrations", demonstrations / str(10**9), "--task", "transport")
+    assert "its task is 'push'" in refusal(*options)
+
+
+def test_imitation_comes_near_to_an_expert_that_acts_on_what_is_observed(monkeypatch):
+    monkeypatch.setattr(imitation, "BATCH", 256)
+    torch.manual_seed(0)
+    seen = torch.randn(4000, 5)
+    wanted = torch.tanh(seen[:, :2])
+    actor = torch.nn.Sequential(torch.nn.Linear(5, 64), torch.nn.ReLU(), torch.nn.Linear(64, 2))
+    optimizer = torch.optim.Adam(actor.parameters(), 1e-2)
+    shuffle = torch.Generator().manual_seed(0)
+    before = imitation.fit(actor, optimizer, seen, wanted, 1, shuffle)
+    assert imitation.fit(actor, optimizer, seen, wanted, 200, shuffle) < before / 10

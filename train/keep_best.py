@@ -1,0 +1,117 @@
+"""Evaluation between updates: the best policy and the last stay in the folder of the run."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tqdm import tqdm
+
+from baselines.learned.metadata import Layers
+from baselines.learned.policy_file import SUFFIX
+from train import evaluation, learning_curve
+from train.config import SEEDS_PER_RUN
+from train.evaluation import Score
+from train.run import BEST, Run
+
+PROGRESS_BAR: dict[str, Any] = {
+    "unit": " steps",
+    "unit_scale": True,
+    "desc": "PPO",
+    "file": sys.stderr,
+}
+"""Options of the progress bar of a training."""
+
+
+@dataclass
+class Status:
+    """How far a training has come, over all processes of its run."""
+
+    timesteps: int = 0
+    """Decisions of single boats."""
+    seconds: float = 0.0
+    """Time of training, s."""
+    best: float = float("inf")
+    """Selection score of the best policy, s."""
+
+
+class KeepBest:
+    """Evaluates policies of a training, keeps the best and counts the time.
+
+    Args:
+        run: with the folder.
+        status: of the training; is kept up to date.
+        bar: of the timesteps.
+        log: writes a number by its name.
+        since: time on the monotonic clock from which on the training counts, s.
+    """
+
+    def __init__(
+        self, run: Run, status: Status, bar: tqdm, log: Callable[[str, float], object], since: float
+    ) -> None:
+        self._run, self.status, self._bar, self._log = run, status, bar, log
+        self._since = since
+
+    def evaluate(self, layers: Layers, save_model: Callable[[], object] = lambda: None) -> None:
+        """Score a policy and write its files.
+
+        Args:
+            layers: of the policy.
+            save_model: writes the model as the engine does; called where it is the best so far.
+        """
+        run, status = self._run, self.status
+        self.count_time()
+        scores = evaluation.evaluate(
+            layers, run.metadata, run.config, status.timesteps, status.seconds
+        )
+        self.count_time()
+        value = evaluation.selection_score(scores)
+        best = value < status.best
+        if best:
+            status.best = value
+            save_model()
+        keep(run, layers, scores, best)
+        for name, number in evaluation.log_values(scores):
+            self._log(name, number)
+        self._bar.set_postfix_str(evaluation.headline(scores))
+
+    def count_time(self) -> None:
+        """Add the time since the last call to the seconds of the training."""
+        now = time.monotonic()
+        self.status.seconds += now - self._since
+        self._since = now
+
+
+def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
+    """Write the policy files of an evaluation, then its rows of the learning curve.
+
+    The rows come last: where they are, the policy files are too.
+
+    Args:
+        run: with the folder.
+        layers: of the policy.
+        scores: of the policy.
+        best: whether it is the best so far.
+    """
+    first, initial = run.config.first_seed, run.config.init_from
+    model_card = {
+        "options": run.config.learned() | {"init_from": initial and initial.name},
+        "timesteps": scores[0].timesteps,
+        "training_seeds": [first, first + SEEDS_PER_RUN - 1],
+        "development": [vars(score) for score in scores],
+        "began_with": run.began_with,
+    }
+    for name in [BEST, "policy"] if best else ["policy"]:
+        run.save_policy(f"{name}{SUFFIX}", layers, model_card)
+    learning_curve.append(run.curve, scores)
+
+
+def passed(timesteps: int, rollout: int, every: int) -> bool:
+    """Return whether the last ``rollout`` timesteps reached a multiple of ``every``.
+
+    True before the first rollout too.
+    """
+    return timesteps // every > (timesteps - rollout) // every

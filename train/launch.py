@@ -1,0 +1,90 @@
+"""Checks of all that a training needs, before its folder is made."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from asv_env.presets import make_params
+from baselines.learned import policy_file
+from baselines.learned.metadata import Layers, Metadata
+from baselines.learned.network import NetworkPolicy
+from baselines.learned.phases import PhasedPolicy
+from train import actors, tracking
+from train.config import CONTROL_RATE, Config
+from train.demonstrations import check_demonstrations
+from train.run import Run
+
+
+def open_run(config: Config) -> tuple[Run, Layers | None]:
+    """Check the options of a training and open the folder of its run.
+
+    Returns:
+        The run, and the layers with which learning begins where ``init_from`` gives any.
+
+    Raises:
+        ValueError, OSError, ImportError: something is wrong; then nothing was made.
+    """
+    layers, model_card = initial_policy(config)
+    check_demonstrations(config)
+    check_rollout_policy(config)
+    tracking.check(config)
+    run = Run(config)
+    run.open(model_card)
+    return run, layers
+
+
+def initial_policy(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]:
+    """Return layers and model card of the policy file with which learning begins, if there is one.
+
+    Raises:
+        ValueError: the policy observes, acts or is built otherwise than the training.
+        FileNotFoundError: there is no such file.
+    """
+    if config.init_from is None:
+        return None, None
+    phase, model_card = policy_file.read_single(config.init_from)
+    layers, metadata = phase.layers, phase.metadata
+    try:
+        as_here = replace(metadata, tasks=(config.definition.name,))
+        NetworkPolicy(layers, as_here, config.params())
+        actors.check_sizes(layers, (len(config.columns), *config.network.hidden, 2))
+        _check_options(metadata, config)
+    except ValueError as error:
+        raise ValueError(f"--init-from {config.init_from}: {error}") from error
+    return layers, model_card
+
+
+def _check_options(metadata: Metadata, config: Config) -> None:
+    """Refuse a policy that acts otherwise than the training."""
+    options = {
+        "activation": (metadata.activation, config.network.activation),
+        "observation": (metadata.observation, config.observed),
+        "mirror": (metadata.mirrors, config.worlds.mirror),
+        "residual": (metadata.residual, config.network.residual),
+        "decision_rate": (CONTROL_RATE // metadata.action_repeat, config.worlds.decision_rate),
+    }
+    for option, (given, asked) in options.items():
+        if given != asked:
+            raise ValueError(
+                f"its {option} is {given!r}, that of the training {asked!r}; train with that of "
+                "the file"
+            )
+
+
+def check_rollout_policy(config: Config) -> None:
+    """Refuse a policy file that cannot be rolled out with every team.
+
+    Raises:
+        ValueError: it lacks phases for a team.
+        FileNotFoundError: there is no such file.
+    """
+    file = config.curriculum.rollout_policy
+    if file is None:
+        return
+    phases, _ = policy_file.read(file)
+    try:
+        for team in config.worlds.teams:
+            PhasedPolicy(phases, make_params("transport", team))
+    except ValueError as error:
+        raise ValueError(f"--curriculum.rollout-policy {file}: {error}") from error

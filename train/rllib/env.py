@@ -1,0 +1,102 @@
+"""The worlds of a training as RLlib wants them, and how they are numbered over its processes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
+
+from asv_env.envs.parallel import AsvParallelEnv
+from train.config import Config
+from train.curriculum import CurriculumStates, training_params
+
+SEED_LIMIT = 2**31
+"""RLlib takes seeds below this number."""
+
+
+def num_processes(config: Config) -> int:
+    """Return the number of processes that sample; without any others this one does."""
+    return max(1, config.compute.num_env_runners)
+
+
+def worlds_per_process(config: Config) -> int:
+    """Return the number of worlds of each process."""
+    return -(-config.worlds.num_envs // num_processes(config))
+
+
+def world_number(seed: int, first: int, process: int, worlds: int) -> int:
+    """Return the number of a world within the training, from 0, from the seed that RLlib gives it.
+
+    RLlib seeds world w of process p with ``first + p + w``, so that worlds of different processes
+    share seeds. Their numbers must differ. The processes that sample count from 1; without any,
+    process 0 samples.
+
+    >>> [world_number(100 + 1 + w, 100, process=1, worlds=3) for w in range(3)]
+    [0, 1, 2]
+    >>> [world_number(100 + 2 + w, 100, process=2, worlds=3) for w in range(3)]
+    [3, 4, 5]
+
+    Args:
+        seed: that RLlib gives the world.
+        first: seed of the training.
+        process: number of the process.
+        worlds: number of worlds of each process.
+    """
+    world = seed - first - process
+    return world + max(0, process - 1) * worlds
+
+
+class Boats(ParallelPettingZooEnv):
+    """A world of the training.
+
+    RLlib 2.60 takes an episode for terminated when each of its agents is truncated, and values
+    its end at nothing: so the end of the time is reported by ``__all__`` alone. The number of a
+    world decides its scenario and the length of its first episode, so that not all worlds end in
+    the same step.
+
+    Args:
+        context: an ``EnvContext`` with ``config`` of the run and ``seed`` of its first world.
+    """
+
+    par_env: AsvParallelEnv
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+        self._ticks_left = -1
+        super().__init__(self._create(0))
+
+    def _create(self, number: int) -> AsvParallelEnv:
+        config = self._context["config"]
+        scenario = config.worlds.scenarios[number % len(config.worlds.scenarios)]
+        team = config.worlds.teams[0]
+        params = training_params(config, team, scenario)
+        return AsvParallelEnv(
+            config.task,
+            team,
+            scenario=scenario,
+            initial_states=CurriculumStates(config),
+            clock=params.clock,
+            task_params=params.task,
+            observation=params.observation,
+        )
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
+        """Begin an episode; with a seed the first one of the world that has it."""
+        self._ticks_left = -1
+        if seed is not None:
+            config, first = self._context["config"], self._context["seed"]
+            worlds = worlds_per_process(config)
+            number = world_number(seed, first % SEED_LIMIT, self._context.worker_index, worlds)
+            self.par_env.close()
+            self.par_env = self._create(number)
+            fraction = (number + 1) / (worlds * num_processes(config))
+            self._ticks_left = int(np.ceil(fraction * self.par_env.params.time_limit_ticks))
+            seed = first + number
+        return super().reset(seed=seed, options=options)
+
+    def step(self, action_dict: dict[str, Any]) -> Any:
+        """Advance the world by a decision of each boat."""
+        *step, truncated, infos = super().step(action_dict)
+        self._ticks_left -= 1
+        return *step, {"__all__": truncated["__all__"] or self._ticks_left == 0}, infos

@@ -1,0 +1,149 @@
+"""Training by the engine sb3: imitation, then PPO of stable-baselines3, with checkpoints.
+
+At every checkpoint the worlds are made again, from seeds that follow from the timesteps. A run that
+is resumed from a checkpoint therefore learns what it would have learned without a stop, to the bit,
+on the same machine with the same number of threads.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+import torch
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import configure
+from tqdm import tqdm
+
+from baselines.learned.metadata import Layers
+from baselines.rollout.files import write
+from train import actors, imitation, learning_curve, tracking
+from train.config import SEEDS_PER_RUN, Config
+from train.keep_best import PROGRESS_BAR, KeepBest, passed
+from train.launch import open_run
+from train.run import BEST, TENSORBOARD, Run
+from train.sb3 import policies
+from train.sb3.ppo import Learner
+from train.sb3.vec_env import TrainingVecEnv
+
+ADVANCES = 0.7
+"""Fraction of episodes that must succeed for the curriculum to advance."""
+
+
+class Callback(BaseCallback):
+    """Evaluates, saves, makes the worlds again and shows progress, between updates.
+
+    Args:
+        run: with the folder.
+        worlds: of the training.
+        keep_best: evaluates.
+        bar: of the timesteps.
+        resumed: timesteps of the checkpoint from which the run is resumed; None for a new run.
+    """
+
+    model: Learner
+
+    def __init__(
+        self,
+        run: Run,
+        worlds: TrainingVecEnv,
+        keep_best: KeepBest,
+        bar: tqdm,
+        resumed: int | None,
+    ) -> None:
+        super().__init__()
+        self._run, self._worlds, self._keep_best = run, worlds, keep_best
+        self._bar, self._resumed = bar, resumed
+
+    def _on_step(self) -> bool:
+        self._bar.update(self.training_env.num_envs)
+        return not self.model.complete
+
+    def _on_rollout_start(self) -> None:
+        config, now = self._run.config, self.model.num_timesteps
+        rows = self.training_env.num_envs
+        rollout = rows * config.ppo.num_steps
+        evaluates = passed(now, rollout, config.evaluation.every)
+        if not (evaluates or passed(now, rollout, config.checkpoint_every)):
+            return
+        if now != self._resumed:  # else that was done before the run was stopped
+            if evaluates:
+                self.evaluate()
+            self.advance_curriculum()
+            self.save()
+        seed = config.first_seed + now // rollout * rows % (SEEDS_PER_RUN - rows)
+        self.model._last_obs = self._worlds.restart(self.model.progress, seed)
+        self.model._last_episode_starts = np.ones(rows, dtype=bool)
+
+    def evaluate(self) -> None:
+        """Score the policy as it is, and keep it if it is the best so far."""
+        model, file = self.model, self._run.folder / f"{BEST}.zip"
+        model.status.timesteps = model.num_timesteps
+        layers = actors.get_layers(policies.actor(model.policy))
+        self._keep_best.evaluate(layers, lambda: write(file, model.save))
+
+    def advance_curriculum(self) -> None:
+        """Let goals, noise and variation grow where most episodes have succeeded."""
+        ended, step = self.model.ep_success_buffer, self._run.config.curriculum.step
+        if ended and np.mean(ended) >= ADVANCES:
+            self.model.progress = min(1.0, self.model.progress + step)
+        if ended:
+            ended.clear()
+        self.model.logger.record("curriculum/progress", self.model.progress)
+
+    def save(self) -> None:
+        """Write the checkpoint."""
+        self._keep_best.count_time()
+        self.model.store_random_state()
+        write(self._run.checkpoint, self.model.save)
+
+
+def train(config: Config) -> None:
+    """Train, from the beginning or from the checkpoint of the run.
+
+    Raises:
+        ValueError, OSError: something is wrong with the options; see ``open_run``.
+    """
+    torch.set_num_threads(config.compute.torch_threads)
+    run, layers = open_run(config)
+    total = config.ppo.total_timesteps
+    if run.checkpoint.exists() and learning_curve.last_timesteps(run.curve) >= total:
+        return
+    with tracking.tracked(config, run.folder, run.id):
+        began, worlds = time.monotonic(), TrainingVecEnv(config)
+        resumed = run.checkpoint.exists()
+        learner = _resumed(run, worlds) if resumed else _begun(config, worlds, layers)
+        done = learner.num_timesteps
+        learning_curve.truncate(run.curve, done if resumed else -1)
+        learner.set_logger(configure(str(run.folder / TENSORBOARD), ["tensorboard"]))
+        with tqdm(total=total, initial=done, **PROGRESS_BAR) as bar:
+            keep_best = KeepBest(run, learner.status, bar, learner.logger.record, began)
+            callback = Callback(run, worlds, keep_best, bar, done if resumed else None)
+            callback.init_callback(learner)
+            if done < total and not learner.complete:
+                learner.learn(total - done, callback, reset_num_timesteps=False)
+            if learning_curve.last_timesteps(run.curve) < learner.num_timesteps:
+                callback.evaluate()
+                callback.save()
+        worlds.close()
+        if config.curriculum.until_complete and not learner.complete:
+            print(f"the curriculum has progressed to {learner.progress:.0%} only", file=sys.stderr)
+
+
+def _begun(config: Config, worlds: TrainingVecEnv, layers: Layers | None) -> Learner:
+    """Return a learner whose actor has the weights of a file, or has imitated, as asked for."""
+    learner = Learner.create(config, worlds)
+    actor = policies.actor(learner.policy)
+    if layers is not None:
+        actors.set_layers(actor, layers)
+    imitation.imitate(actor, config)
+    return learner
+
+
+def _resumed(run: Run, worlds: TrainingVecEnv) -> Learner:
+    """Return the learner of the checkpoint."""
+    run.note_code()
+    learner = Learner.load(run.checkpoint, env=worlds, device="cpu")
+    learner.restore_random_state()
+    return learner
