@@ -6,16 +6,26 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-HALF, WIDE, FULL = 5.3, 8.6, 10.9
-"""Widths of one of two figures side by side, of bars, and of a row of panels, inches."""
+HALF = 5.3
+"""Width of one of two figures side by side, inches."""
+WIDE = 8.6
+"""Width of a figure of bars, inches."""
+FULL = 10.9
+"""Width of a row of panels, inches."""
 FEW = 400
 """Largest number of marks in a panel that are drawn as vectors, not as pixels."""
-PERCENT, FIFTHS = (0.0, 100.0), range(0, 101, 20)
-"""Limits and ticks of an axis in percent."""
+PERCENT = (0.0, 100.0)
+"""Limits of an axis in percent."""
+FIFTHS = range(0, 101, 20)
+"""Ticks of an axis in percent."""
 COLUMNS = 4
 """Largest number of panels side by side; five policies have three and two."""
-TITLE, FOOT, LEFT = 0.28, 0.5, 0.75
-"""Space above, below and left of the panels, inches."""
+TITLE = 0.28
+"""Space above a panel, inches."""
+FOOT = 0.5
+"""Space below a panel, inches."""
+LEFT = 0.75
+"""Space left of the panels, inches."""
 GAP = 0.1
 """Space around the panels where there are several rows of them, inches."""
 

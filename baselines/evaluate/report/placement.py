@@ -14,8 +14,10 @@ from baselines.evaluate.report.panels import FEW
 
 INSIDE = 0.9
 """Share of all errors that lie within the axes."""
-LEAST, MOST = 1.5, 2.0
-"""Smallest and largest reach of the axes, in tolerances."""
+LEAST = 1.5
+"""Smallest reach of the axes, in tolerances."""
+MOST = 2.0
+"""Largest reach of the axes, in tolerances."""
 
 Spread = tuple[float, float]
 """Mean and standard deviation."""

@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 
 from baselines.evaluate.report import palette
 
-PX_PER_INCH, PT_PER_INCH = 96, 72
-"""Units of CSS and of SVG."""
+PX_PER_INCH = 96
+"""CSS pixels an inch."""
+PT_PER_INCH = 72
+"""Points an inch, the unit of Matplotlib's SVG."""
 DPI = 160
 """Resolution of the parts that are kept as pixels."""
 THEME = {
