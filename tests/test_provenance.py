@@ -9,6 +9,7 @@ from baselines.rollout import provenance
 
 ROOT = Path(__file__).resolve().parent.parent
 PARTS = (
+    *("asv_env/presets.py", "asv_env/simulation.py", "asv_env/tasks/push.py"),
     *("asv_env/physics/water.py", "asv_env/sensing/observation.py", "asv_env/tasks/metrics.py"),
     *(
         "baselines/scripted/grasp_controller.py",

@@ -8,13 +8,16 @@ import sys
 import textwrap
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import joblib
+import numpy as np
 import pytest
 from command_line import run
 
 from asv_env import make_params
+from asv_env.tasks import TASKS, Term
 from baselines.evaluate import workers
 from baselines.evaluate.policy_sources import PolicySource, find
 from baselines.evaluate.store import NAME as STORE
@@ -30,7 +33,7 @@ EPISODES = 12
 
 def job(policy, seeds, num_envs=2, **options):
     source = policy if isinstance(policy, PolicySource) else find(policy)
-    params = make_params("push", **{"time_limit": 0.5, **options})
+    params = make_params(**{"task": "push", "time_limit": 0.5, **options})
     key = RunKey("short", source.word, 0)
     return Job(key, params, source, source.fingerprint(), Label(source.word), seeds, num_envs)
 
@@ -111,6 +114,15 @@ def test_processes_run_the_same_episodes():
     here = rows(jobs, 0)
     assert len(here) == 8
     assert rows(jobs, 1) == rows(jobs, 2) == here
+
+
+def test_tasks_of_ones_own_reach_the_workers():
+    term = Term("bonus", lambda now: np.full(len(now.relations.position), 7.0))
+    task = replace(TASKS["push"], name="own", reward=(term,))
+    jobs = [job("random", range(4), task=task)]
+    done = rows(jobs, 2)
+    assert done == rows(jobs, 0)
+    assert {row.task for _, row in done} == {"own"}
 
 
 def test_processes_can_be_started_from_a_thread():

@@ -10,7 +10,7 @@ A task of one's own is made from a built-in one with ``dataclasses.replace``::
 
     STEADY = replace(TRANSPORT, name="steady", reward=(*TRANSPORT.reward, Term("turning", turning)))
 
-Functions at the top level of a module can be sent to worker processes.
+Its functions are sent to worker processes, also those of a notebook.
 """
 
 from collections.abc import Callable, Mapping

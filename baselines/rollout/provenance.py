@@ -13,7 +13,10 @@ from pathlib import Path
 
 TREE = Path(__file__).parents[2]
 PACKAGES = {"asv_env", "baselines", "train"}
-ROLLOUT = ("baselines.rollout.runner", "baselines.policy", "baselines.learned.sb3_policy")
+ROLLOUT = (
+    *("asv_env.presets", "baselines.rollout.runner"),
+    *("baselines.policy", "baselines.learned.sb3_policy"),
+)
 """Modules by which episodes are run; with those that they import, all on which episodes depend.
 
 The registry of policies names its modules as strings."""
