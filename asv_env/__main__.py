@@ -15,7 +15,7 @@ from asv_env.params import ACTION_MODES
 
 REQUIRED = ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk")
 EXTRAS = {
-    "eval": ("matplotlib", "tqdm", "pygame-ce", "imageio"),
+    "eval": ("joblib", "jinja2", "matplotlib", "pandas", "tqdm", "pygame-ce", "imageio"),
     "train": ("stable-baselines3", "torch", "tensorboard"),
     "rllib": ("ray",),
 }

@@ -1,6 +1,7 @@
 """Figures of success by condition and of failures by cause; made in the style of ``svg``."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,8 +21,7 @@ STEP = 0.2
 LABELLED = 2.5
 """Smallest share of a cause whose bar has room for its number, percent."""
 RAMP = ("#6f5a8e", "#96598c", "#b9607f", "#d1716d", "#dc8a5c", "#dca858", "#d3c56a")
-"""Colours of the causes of failure: the darker, the earlier the episode went wrong;
-those of a user's task are pale."""
+"""Colours of the causes of failure: the darker, the earlier the episode went wrong."""
 
 
 def overview(
@@ -78,9 +78,9 @@ def failures(counts: Mapping[str, Mapping[str, int]], episodes: Mapping[str, int
     figure, axes = panels.single(WIDE, 1.05 + 0.38 * len(counts))
     rows, total = range(len(counts)), np.array([episodes[policy] for policy in counts])
     left = np.zeros(len(counts))
-    ramp = dict(zip(CAUSES, RAMP, strict=True))
+    ramp, others = dict(zip(CAUSES, RAMP, strict=True)), cycle(palette.SERIES)
     for cause in in_order(cause for causes in counts.values() for cause in causes):
-        colour = ramp.get(cause, palette.PALE)
+        colour = ramp.get(cause) or next(others)
         found = np.array([counts[policy].get(cause, 0) for policy in counts])
         widths = 100 * found / total
         drawn = axes.barh(rows, widths, 0.58, left, color=colour, label=cause, ec="#ffffff", lw=0.8)
