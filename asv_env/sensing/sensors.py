@@ -117,7 +117,7 @@ def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: f
     """Returns the gain of the steady-state Kalman filter of a pose and its rate, both measured.
 
     Args:
-        acceleration: standard deviation of the acceleration, white noise, constant over a tick.
+        acceleration: standard deviation of the mean over a tick of the acceleration, white noise.
         pose_noise: standard deviation of the measured pose.
         rate_noise: standard deviation of the measured rate.
         dt: length of a tick, s.
