@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Train as a command line says; exit with a message where something is wrong."""
+    """Trains as a command line says; exits with a message where something is wrong."""
     try:
         from train.config import parse
 
@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _with_remedy(error: Exception) -> str:
-    """Return the message of an error; where an extra is missing, say which."""
+    """Returns the message of an error; where an extra is missing, says which."""
     name = (getattr(error, "name", None) or "").partition(".")[0]
     extras = {"torch": "train", "stable_baselines3": "train", "ray": "rllib"}
     if name not in extras:

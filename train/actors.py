@@ -11,12 +11,12 @@ from baselines.learned.metadata import Layers
 
 
 def linear_layers(actor: nn.Module) -> list[nn.Linear]:
-    """Return the linear layers of an actor, from the observation to the mean action."""
+    """Returns the linear layers of an actor, from the observation to the mean action."""
     return [module for module in actor.modules() if isinstance(module, nn.Linear)]
 
 
 def get_layers(actor: nn.Module) -> Layers:
-    """Return the weights (inputs, outputs) and biases of an actor, as a policy file has them."""
+    """Returns the weights (inputs, outputs) and biases of an actor, as a policy file has them."""
     return [
         (layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy().copy())
         for layer in linear_layers(actor)
@@ -24,7 +24,7 @@ def get_layers(actor: nn.Module) -> Layers:
 
 
 def check_sizes(layers: Layers, sizes: Sequence[int]) -> None:
-    """Refuse layers of a policy file for an actor that is narrower, or has more or fewer layers.
+    """Refuses layers of a policy file for an actor that is narrower, or has more or fewer layers.
 
     Args:
         layers: of the file.
@@ -42,7 +42,7 @@ def check_sizes(layers: Layers, sizes: Sequence[int]) -> None:
 
 
 def set_layers(actor: nn.Module, layers: Layers) -> None:
-    """Give the actor the weights of a policy file.
+    """Gives the actor the weights of a policy file.
 
     Where the actor's layers are wider, it acts as the file does: weights from its further units
     begin with zero.

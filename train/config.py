@@ -121,7 +121,7 @@ class Config:
         return observation.column_names(observation.features(self.params()))
 
     def changed(self, **options: Any) -> Config:
-        """Return a copy with other options; a mapping changes these fields of a section."""
+        """Returns a copy with other options; a mapping changes these fields of a section."""
         values = {
             name: replace(getattr(self, name), **value) if isinstance(value, Mapping) else value
             for name, value in options.items()
@@ -129,7 +129,7 @@ class Config:
         return replace(self, **values)
 
     def learned(self) -> dict[str, Any]:
-        """Return the options that bear on what is learned, by section, as JSON knows them."""
+        """Returns the options that bear on what is learned, by section, as JSON knows them."""
         return {name: _plain(v) for name, v in asdict(self).items() if name not in NOT_LEARNED}
 
 
@@ -157,7 +157,7 @@ def preset(task: str) -> Config:
 
 
 def parse(arguments: Sequence[str] | None = None) -> Config:
-    """Return the options of a command line; what is not given is the task's preset.
+    """Returns the options of a command line; what is not given is the task's preset.
 
     Exits with a message where something is wrong.
     """
@@ -170,7 +170,7 @@ def parse(arguments: Sequence[str] | None = None) -> Config:
 
 
 def _task(arguments: Sequence[str]) -> str:
-    """Return the task on a command line."""
+    """Returns the task on a command line."""
     for number, word in enumerate(arguments):
         name, _, value = word.partition("=")
         if name == "--task":

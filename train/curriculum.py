@@ -34,7 +34,7 @@ LEAST_ROLLOUTS = 24
 
 
 def training_params(config: Config, team: int, scenario: str) -> EnvParams:
-    """Return the parameters of a group of worlds, which advance by one decision at a time."""
+    """Returns the parameters of a group of worlds, which advance by one decision at a time."""
     limits: dict[str, Any] = {}
     if config.worlds.time_limit is not None:
         length = config.params(team, scenario).vessel.length
@@ -44,7 +44,7 @@ def training_params(config: Config, team: int, scenario: str) -> EnvParams:
 
 
 def scaled_noise(params: EnvParams, scale: float) -> EnvParams:
-    """Return parameters with sensor noise and variation multiplied by ``scale``."""
+    """Returns parameters with sensor noise and variation multiplied by ``scale``."""
     sensors, variation = params.sensors, params.variation
     noise = {
         name: scale * getattr(sensors, name)
@@ -57,7 +57,7 @@ def scaled_noise(params: EnvParams, scale: float) -> EnvParams:
 
 
 def rollout_states(config: Config, team: int, scenario: str) -> RolloutStates | None:
-    """Return the states of rollouts in which episodes of a group begin; None if none shall."""
+    """Returns the states of rollouts in which episodes of a group begin; None if none shall."""
     if not config.curriculum.rollout_starts:
         return None
     groups = config.worlds.groups(config.worlds.num_envs)
@@ -111,7 +111,7 @@ class CurriculumStates:
 
 
 def _turn_goal_ahead(start: InitialState, progress: float) -> None:
-    """Scale bearing and heading of a goal, in place; the bearing is from where the team pushes."""
+    """Scales bearing and heading of a goal, in place; the bearing is from where the team pushes."""
     ahead = 1j * start.side
     goal = complex(*start.goal[:2]) * ahead
     goal = abs(goal) * np.exp(1j * progress * np.angle(goal)) / ahead
@@ -119,7 +119,7 @@ def _turn_goal_ahead(start: InitialState, progress: float) -> None:
 
 
 def _place_near_hull(motion: Float, params: EnvParams, rng: np.random.Generator) -> None:
-    """Place the boats at random close to the hull of a vessel at the origin, in place.
+    """Places the boats at random close to the hull of a vessel at the origin, in place.
 
     Where it is too crowded for the team, the boats stay where they are.
 

@@ -59,7 +59,7 @@ class Curve:
 
 
 def read(runs: Sequence[Path], num_boats: int, scenario: str) -> Curve:
-    """Return the curve of some runs.
+    """Returns the curve of some runs.
 
     Raises:
         FileNotFoundError: a folder without evaluations.
@@ -79,7 +79,7 @@ def read(runs: Sequence[Path], num_boats: int, scenario: str) -> Curve:
 
 
 def _rows(file: Path, num_boats: int, scenario: str) -> dict[int, dict[str, str]]:
-    """Return the rows of ``curve.csv`` in such worlds by their timesteps."""
+    """Returns the rows of ``curve.csv`` in such worlds by their timesteps."""
     if not file.exists():
         raise FileNotFoundError(f"{file} does not exist: is its folder that of a run?")
     wanted = (str(num_boats), scenario)
@@ -88,14 +88,14 @@ def _rows(file: Path, num_boats: int, scenario: str) -> dict[int, dict[str, str]
 
 
 def band(values: Float) -> tuple[Float, Float]:
-    """Return the 95 % interval (n,), (n,) of the mean of values (runs, n), over 2 runs or more."""
+    """Returns the 95 % interval (n,), (n,) of the mean of values (runs, n), over 2 runs or more."""
     runs = len(values)
     half = student.ppf((1 + CONFIDENCE) / 2, runs - 1) * values.std(axis=0, ddof=1) / np.sqrt(runs)
     return values.mean(axis=0) - half, values.mean(axis=0) + half
 
 
 def draw(curves: dict[str, Curve], title: str) -> Figure:
-    """Return a figure of curves by name."""
+    """Returns a figure of curves by name."""
     figure = Figure(figsize=(8, 3.6), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
@@ -117,7 +117,7 @@ def draw(curves: dict[str, Curve], title: str) -> Figure:
 
 
 def _success_band(curve: Curve) -> tuple[Float, Float]:
-    """Return the 95 % interval (n,), (n,) of the success."""
+    """Returns the 95 % interval (n,), (n,) of the success."""
     if len(curve.success) > 1:
         low, high = band(curve.success)
         return np.clip(low, 0, 1), np.clip(high, 0, 1)
@@ -137,7 +137,7 @@ def _style(axes: Axes, name: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Draw what a command line asks for; exit with a message where something is wrong."""
+    """Draws what a command line asks for; exits with a message where something is wrong."""
     program = "python -m train.curves"
     options = tyro.cli(Options, args=arguments, prog=program)
     try:

@@ -15,7 +15,7 @@ Pairs = tuple[Observation, Action]
 
 
 def demonstrations(config: Config) -> Iterator[Pairs]:
-    """Yield observations and actions of each recorded episode."""
+    """Yields observations and actions of each recorded episode."""
     for file in _files(config):
         trajectory, _ = trajectories.load(file)
         seen, actions = trajectory.observation[:-1], trajectory.action
@@ -23,7 +23,7 @@ def demonstrations(config: Config) -> Iterator[Pairs]:
 
 
 def check_demonstrations(config: Config) -> None:
-    """Refuse recorded episodes that must not be, or cannot be, learned from.
+    """Refuses recorded episodes that must not be, or cannot be, learned from.
 
     Raises:
         FileNotFoundError: there are none in the folder.

@@ -45,7 +45,7 @@ class Score:
 def evaluate(
     layers: Layers, metadata: Metadata, config: Config, timesteps: int, seconds: float
 ) -> list[Score]:
-    """Return the scores of a policy in all groups of worlds of a run.
+    """Returns the scores of a policy in all groups of worlds of a run.
 
     Args:
         layers: of the policy.
@@ -69,14 +69,14 @@ def evaluate(
 
 
 def push_side(config: Config) -> str:
-    """Return the push side used in evaluation: away from the goal for mirrored Push policies."""
+    """Returns the push side used in evaluation: away from the goal for mirrored Push policies."""
     return "goal" if config.worlds.mirror and config.definition.starts_grasped else TaskParams.side
 
 
 def score(
     episodes: Sequence[Episode], params: EnvParams, scenario: str, timesteps: int, seconds: float
 ) -> Score:
-    """Return the score of the episodes of one group of worlds."""
+    """Returns the score of the episodes of one group of worlds."""
     done = [episode for episode in episodes if episode.success]
     failed = 2 * params.time_limit_ticks / params.clock.control
     times = [episode.duration if episode.success else failed for episode in episodes]
@@ -100,12 +100,12 @@ def _median(values: Sequence[float | None]) -> float:
 
 
 def selection_score(scores: Sequence[Score]) -> float:
-    """Return the number by which the best policy of a run is selected: less is better, s."""
+    """Returns the number by which the best policy of a run is selected: less is better, s."""
     return float(np.mean([score.penalised_time for score in scores]))
 
 
 def log_values(scores: Sequence[Score]) -> Iterator[tuple[str, float]]:
-    """Yield what goes into the log: name and value."""
+    """Yields what goes into the log: name and value."""
     for score in scores:
         group = f"evaluation/{score.num_boats}_{score.scenario}"
         yield f"{group}_success", score.success
@@ -113,7 +113,7 @@ def log_values(scores: Sequence[Score]) -> Iterator[tuple[str, float]]:
 
 
 def headline(scores: Sequence[Score]) -> str:
-    """Return success and time in a few words, for a progress bar."""
+    """Returns success and time in a few words, for a progress bar."""
     success = float(np.mean([score.success for score in scores]))
     times = [score.median_time for score in scores if score.success]
     return f"success {success:.0%}" + (f", {np.mean(times):.1f} s" if times else "")

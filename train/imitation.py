@@ -39,7 +39,7 @@ TOLERANCE = 0.2
 
 
 def imitate(actor: nn.Module, config: Config) -> None:
-    """Train an actor to act as the scripted policy does; without rounds, leave it as it is.
+    """Trains an actor to act as the scripted policy does; without rounds, leaves it as it is.
 
     Args:
         actor: from observations (n, K) to actions (n, 2).
@@ -70,7 +70,7 @@ def fit(
     steps: int,
     shuffle: torch.Generator,
 ) -> float:
-    """Train on observations (n, K) and actions (n, 2) by gradient descent; return the mean loss."""
+    """Trains on observations (n, K) and actions (n, 2); returns the mean loss."""
     total = 0.0
     for _ in range(steps):
         batch = torch.randint(len(seen), (BATCH,), generator=shuffle)
@@ -83,7 +83,7 @@ def fit(
 
 
 def dagger_rollouts(actor: nn.Module, config: Config, number: int) -> list[Pairs]:
-    """Return the observations of round ``number`` and the expert's actions, by group of worlds."""
+    """Returns the observations of round ``number`` and the expert's actions, by group of worlds."""
     first = config.first_seed + number * config.imitation.worlds
     pairs = []
     for group, worlds in config.worlds.groups(config.imitation.worlds).items():

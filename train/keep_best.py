@@ -56,7 +56,7 @@ class KeepBest:
         self._since = since
 
     def evaluate(self, layers: Layers, save_model: Callable[[], object] = lambda: None) -> None:
-        """Score a policy and write its files.
+        """Scores a policy and writes its files.
 
         Args:
             layers: of the policy.
@@ -79,14 +79,14 @@ class KeepBest:
         self._bar.set_postfix_str(evaluation.headline(scores))
 
     def count_time(self) -> None:
-        """Add the time since the last call to the seconds of the training."""
+        """Adds the time since the last call to the seconds of the training."""
         now = time.monotonic()
         self.status.seconds += now - self._since
         self._since = now
 
 
 def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
-    """Write the policy files of an evaluation, then its rows of the learning curve.
+    """Writes the policy files of an evaluation, then its rows of the learning curve.
 
     The rows come last: where they are, the policy files are too.
 
@@ -110,7 +110,7 @@ def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
 
 
 def passed(timesteps: int, rollout: int, every: int) -> bool:
-    """Return whether the last ``rollout`` timesteps reached a multiple of ``every``.
+    """Returns whether the last ``rollout`` timesteps reached a multiple of ``every``.
 
     True before the first rollout too.
     """

@@ -17,7 +17,7 @@ from train.run import Run
 
 
 def open_run(config: Config) -> tuple[Run, Layers | None]:
-    """Check the options of a training and open the folder of its run.
+    """Checks the options of a training and opens the folder of its run.
 
     Returns:
         The run, and the layers with which learning begins where ``init_from`` gives any.
@@ -35,7 +35,7 @@ def open_run(config: Config) -> tuple[Run, Layers | None]:
 
 
 def initial_policy(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]:
-    """Return layers and model card of the policy file with which learning begins, if there is one.
+    """Returns layers and model card of the policy file with which learning begins, if there is one.
 
     Raises:
         ValueError: the policy observes, acts or is built otherwise than the training.
@@ -56,7 +56,7 @@ def initial_policy(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None
 
 
 def _check_options(metadata: Metadata, config: Config) -> None:
-    """Refuse a policy that acts otherwise than the training."""
+    """Refuses a policy that acts otherwise than the training."""
     options = {
         "activation": (metadata.activation, config.network.activation),
         "observation": (metadata.observation, config.observed),
@@ -73,7 +73,7 @@ def _check_options(metadata: Metadata, config: Config) -> None:
 
 
 def check_rollout_policy(config: Config) -> None:
-    """Refuse a policy file that cannot be rolled out with every team.
+    """Refuses a policy file that cannot be rolled out with every team.
 
     Raises:
         ValueError: it lacks phases for a team.

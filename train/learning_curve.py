@@ -16,7 +16,7 @@ COLUMNS = [f.name for f in fields(Score)]
 
 
 def read(file: Path) -> list[dict[str, str]]:
-    """Return the rows of the file; none where it does not exist yet."""
+    """Returns the rows of the file; none where it does not exist yet."""
     if not file.exists():
         return []
     with file.open(newline="", encoding="utf-8") as text:
@@ -24,17 +24,17 @@ def read(file: Path) -> list[dict[str, str]]:
 
 
 def append(file: Path, scores: Sequence[Score]) -> None:
-    """Add the rows of an evaluation."""
+    """Adds the rows of an evaluation."""
     _write(file, [*read(file), *map(asdict, scores)])
 
 
 def last_timesteps(file: Path) -> int:
-    """Return the timesteps of the last evaluation; 0 where there is none."""
+    """Returns the timesteps of the last evaluation; 0 where there is none."""
     return max((int(row["timesteps"]) for row in read(file)), default=0)
 
 
 def truncate(file: Path, timesteps: int) -> None:
-    """Drop the rows later than ``timesteps``, which a resumed training evaluates again."""
+    """Drops the rows later than ``timesteps``, which a resumed training evaluates again."""
     rows = read(file)
     kept = [row for row in rows if int(row["timesteps"]) <= timesteps]
     if len(kept) < len(rows):

@@ -151,7 +151,7 @@ class Options:
 
 
 def follow(seed: int, out: Path, threads: int) -> None:
-    """Train all that is not trained yet, and write the policy files.
+    """Trains all that is not trained yet, and writes the policy files.
 
     Args:
         seed: of the trainings.
@@ -172,7 +172,7 @@ def follow(seed: int, out: Path, threads: int) -> None:
 
 
 def config_of(name: str, out: Path) -> Config:
-    """Return the options of a training with its folder and initial policy, of those before it."""
+    """Returns the options of a training with its folder and initial policy, of those before it."""
     step = TRAININGS[name]
     config = step.config.changed(out=out / name)
     if step.after is None:
@@ -187,7 +187,7 @@ def config_of(name: str, out: Path) -> Config:
 
 
 def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) -> None:
-    """Write a policy file of networks that approach and networks that push.
+    """Writes a policy file of networks that approach and networks that push.
 
     Args:
         out: folder of the recipe.
@@ -207,7 +207,7 @@ def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) ->
 
 
 def checked(run: Path) -> Path:
-    """Return the best policy file of a run, compared with the network that was trained.
+    """Returns the best policy file of a run, compared with the network that was trained.
 
     Raises:
         ValueError: it differs.
@@ -217,12 +217,12 @@ def checked(run: Path) -> Path:
 
 
 def best(run: Path) -> Path:
-    """Return the name of the best policy file of a run."""
+    """Returns the name of the best policy file of a run."""
     return run / f"{BEST}{SUFFIX}"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Follow the recipe as a command line says; exit with a message where something is wrong."""
+    """Follows the recipe as a command line says; exits with a message where something is wrong."""
     program = "python -m train.recipe"
     options = tyro.cli(Options, args=arguments, prog=program)
     out = options.out or Path(f"runs/train/recipe-{options.seed}")

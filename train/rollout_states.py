@@ -32,13 +32,13 @@ class RolloutStates:
     """(n, 3) goal poses, m, m, rad."""
 
     def sample(self, start: InitialState, rng: np.random.Generator) -> InitialState:
-        """Return an initial state with bodies and goal of a random state of the rollouts."""
+        """Returns an initial state with bodies and goal of a random state of the rollouts."""
         chosen = rng.integers(len(self.goal))
         return replace(start, motion=self.motion[chosen].copy(), goal=self.goal[chosen].copy())
 
 
 def along_episodes(policy: Policy, simulation: Simulation, seeds: range) -> RolloutStates:
-    """Return states at regular intervals along episodes of a policy."""
+    """Returns states at regular intervals along episodes of a policy."""
     motion, goal = [], []
     ticks = rollout(simulation, policy.act, seeds, simulation.params.time_limit_ticks)
     for number, tick in enumerate(ticks):
@@ -51,7 +51,7 @@ def along_episodes(policy: Policy, simulation: Simulation, seeds: range) -> Roll
 
 
 def where_pushes_begin(file: Path, params: EnvParams, seeds: range) -> RolloutStates:
-    """Return the states in which a policy of several phases begins to push.
+    """Returns the states in which a policy of several phases begins to push.
 
     They are mirrored so that the team pushes from the +n side.
 

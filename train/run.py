@@ -63,7 +63,7 @@ class Run:
         return self.folder / "curve.csv"
 
     def open(self, began_with: dict[str, Any] | None = None) -> None:
-        """Create the folder, or accept that of the same run; without a checkpoint, start again.
+        """Creates the folder, or accepts that of the same run; without a checkpoint, starts again.
 
         Args:
             began_with: model card of the policy file with which learning begins, if there is one.
@@ -93,7 +93,7 @@ class Run:
         )
 
     def note_code(self) -> None:
-        """Note in ``config.json`` where a run is resumed by other code or libraries."""
+        """Notes in ``config.json`` where a run is resumed by other code or libraries."""
         config, now = self._read_config() or {}, _software(self.config)
         parts = [config, *config.get("resumed_with", [])]
         if any(parts[-1].get(name) != now[name] for name in ("code", "libraries")):
@@ -108,7 +108,7 @@ class Run:
         write_text(self.folder / CONFIG, json.dumps(config, indent=2) + "\n")
 
     def _read_config(self) -> dict[str, Any] | None:
-        """Return the content of ``config.json``; None where there is none of a run."""
+        """Returns the content of ``config.json``; None where there is none of a run."""
         try:
             config = json.loads((self.folder / CONFIG).read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -140,7 +140,7 @@ class Run:
         remove_parts(self.folder)
 
     def _check_same(self, config: dict[str, Any]) -> None:
-        """Refuse to resume a run of other options or observations."""
+        """Refuses to resume a run of other options or observations."""
         remedy = "choose another folder with --out, or start again with --overwrite"
         if config["observation_version"] != observation.VERSION:
             raise ValueError(
@@ -179,7 +179,7 @@ class Run:
 
 
 def by_name(options: dict[str, Any]) -> dict[str, Any]:
-    """Return nested options by names such as "ppo.gamma"."""
+    """Returns nested options by names such as "ppo.gamma"."""
     flat: dict[str, Any] = {}
     for name, value in options.items():
         if isinstance(value, dict):
@@ -190,7 +190,7 @@ def by_name(options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _software(config: Config) -> dict[str, Any]:
-    """Return the code, the libraries and the machine of a training."""
+    """Returns the code, the libraries and the machine of a training."""
     return {
         "code": provenance.code("train"),
         "revision": revision(),
@@ -201,7 +201,7 @@ def _software(config: Config) -> dict[str, Any]:
 
 
 def revision() -> str | None:
-    """Return the git revision, marked where files differ from it; None where there is none."""
+    """Returns the git revision, marked where files differ from it; None where there is none."""
     command = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
     try:
         answer = subprocess.run(

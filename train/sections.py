@@ -66,7 +66,7 @@ class WorldOptions:
             )
 
     def groups(self, worlds: int) -> Counter[tuple[int, str]]:
-        """Return how many of ``worlds`` each combination (team size, scenario) gets, in order."""
+        """Returns how many of ``worlds`` each combination (team size, scenario) gets, in order."""
         named = list(product(self.teams, self.scenarios))
         each, left = divmod(worlds, len(named))
         groups: Counter[tuple[int, str]] = Counter()

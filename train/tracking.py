@@ -11,7 +11,7 @@ from train.config import Config
 
 @contextmanager
 def tracked(config: Config, folder: Path, name: str | None) -> Iterator[None]:
-    """Send what goes to TensorBoard to Weights & Biases too, while the block runs.
+    """Sends what goes to TensorBoard to Weights & Biases too, while the block runs.
 
     Args:
         config: of the run.
@@ -40,7 +40,7 @@ def tracked(config: Config, folder: Path, name: str | None) -> Iterator[None]:
 
 
 def check(config: Config) -> None:
-    """Refuse to track where Weights & Biases is not installed.
+    """Refuses to track where Weights & Biases is not installed.
 
     Raises:
         ImportError: it is not installed.

@@ -1,5 +1,7 @@
 """What the adapters share: life cycle, rendering, spaces, seeds and options of a reset."""
 
+from __future__ import annotations
+
 import difflib
 import warnings
 from collections.abc import Collection, Mapping

@@ -1,5 +1,7 @@
 """Adapter: a PettingZoo ParallelEnv in which every boat is an agent."""
 
+from __future__ import annotations
+
 import difflib
 from collections.abc import Mapping
 from typing import Any

@@ -29,14 +29,14 @@ class Checkpoints:
         self._last = self._folder / "last"
 
     def last(self) -> tuple[Path | None, Status]:
-        """Return the folder of the last checkpoint, if there is one, and its status."""
+        """Returns the folder of the last checkpoint, if there is one, and its status."""
         if not self._last.exists():
             return None, Status()
         found = self._folder / self._last.read_text(encoding="utf-8")
         return found, Status(**json.loads((found / STATUS).read_text(encoding="utf-8")))
 
     def save(self, algorithm: PPO, status: Status) -> None:
-        """Write a checkpoint, then delete all others."""
+        """Writes a checkpoint, then deletes all others."""
         self._folder.mkdir(exist_ok=True)
         new = Path(tempfile.mkdtemp(prefix=f"{status.timesteps}-", dir=self._folder))
         algorithm.save_to_path(new.absolute())

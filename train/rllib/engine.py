@@ -54,7 +54,7 @@ class Training:
         self._keep_best = KeepBest(run, status, bar, self._log, since)
 
     def until_end(self) -> None:
-        """Train until all timesteps are done."""
+        """Trains until all timesteps are done."""
         config = self._run.config
         total = config.ppo.total_timesteps
         while self._status.timesteps < total:
@@ -67,7 +67,7 @@ class Training:
                 self.save()
 
     def _update(self) -> int:
-        """Sample and learn; return the number of new timesteps."""
+        """Samples and learns; returns the number of new timesteps."""
         result = self._algorithm.train()
         sampled = result["env_runners"]
         new = int(sampled["num_module_steps_sampled"][BOAT])
@@ -80,22 +80,22 @@ class Training:
         return new
 
     def evaluate(self) -> None:
-        """Score the policy as it is, and keep it if it is the best so far."""
+        """Scores the policy as it is, and keeps it if it is the best so far."""
         self._keep_best.evaluate(checked_layers(module_of(self._algorithm), self._run))
 
     def _log(self, name: str, value: object) -> None:
-        """Log a finite number; leave anything else out."""
+        """Logs a finite number; leaves anything else out."""
         if isinstance(value, float | int) and np.isfinite(value):
             self._writer.add_scalar(name, value, self._status.timesteps)
 
     def save(self) -> None:
-        """Write the checkpoint."""
+        """Writes the checkpoint."""
         self._keep_best.count_time()
         Checkpoints(self._run.folder).save(self._algorithm, self._status)
 
 
 def begin(algorithm: PPO, config: Config, layers: Layers | None) -> None:
-    """Give an untrained learner its noise, and its actor the weights of a file or of imitation."""
+    """Gives an untrained learner its noise, and its actor the weights of a file or of imitation."""
     module = module_of(algorithm)
     set_noise(module, config.network.log_std_init)
     if layers is not None:

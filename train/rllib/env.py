@@ -16,17 +16,17 @@ SEED_LIMIT = 2**31
 
 
 def num_processes(config: Config) -> int:
-    """Return the number of processes that sample; without any others this one does."""
+    """Returns the number of processes that sample; without any others this one does."""
     return max(1, config.compute.num_env_runners)
 
 
 def worlds_per_process(config: Config) -> int:
-    """Return the number of worlds of each process."""
+    """Returns the number of worlds of each process."""
     return -(-config.worlds.num_envs // num_processes(config))
 
 
 def world_number(seed: int, first: int, process: int, worlds: int) -> int:
-    """Return the number of a world within the training, from 0, from the seed that RLlib gives it.
+    """Returns the number of a world within the training, from 0, from the seed that RLlib gives it.
 
     RLlib seeds world w of process p with ``first + p + w``, so that worlds of different processes
     share seeds. Their numbers must differ. The processes that sample count from 1; without any,
@@ -82,7 +82,7 @@ class Boats(ParallelPettingZooEnv):
         )
 
     def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
-        """Begin an episode; with a seed the first one of the world that has it."""
+        """Begins an episode; with a seed the first one of the world that has it."""
         self._ticks_left = -1
         if seed is not None:
             config, first = self._context["config"], self._context["seed"]
@@ -96,7 +96,7 @@ class Boats(ParallelPettingZooEnv):
         return super().reset(seed=seed, options=options)
 
     def step(self, action_dict: dict[str, Any]) -> Any:
-        """Advance the world by a decision of each boat."""
+        """Advances the world by a decision of each boat."""
         *step, truncated, infos = super().step(action_dict)
         self._ticks_left -= 1
         return *step, {"__all__": truncated["__all__"] or self._ticks_left == 0}, infos

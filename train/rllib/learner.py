@@ -28,7 +28,7 @@ class Learner(PPOTorchLearner):
     """PPO whose actor and critic have optimizers and learning rates of their own."""
 
     def configure_optimizers_for_module(self, module_id: str, config: Any = None) -> None:
-        """Make the optimizers; RLlib calls it."""
+        """Makes the optimizers; RLlib calls it."""
         module = self.module[module_id]
         networks = {
             "actor": (module.encoder.actor_encoder, module.pi),
@@ -46,24 +46,24 @@ class Learner(PPOTorchLearner):
 
 
 def module_of(algorithm: PPO) -> Any:
-    """Return actor and critic of the learner."""
+    """Returns actor and critic of the learner."""
     (found,) = algorithm.learner_group.foreach_learner(lambda learner: learner.module[BOAT])
     return found.get()
 
 
 def actor(module: Any) -> nn.Sequential:
-    """Return the network from observations to mean actions; it shares the module's weights."""
+    """Returns the network from observations to mean actions; it shares the module's weights."""
     return nn.Sequential(module.encoder.actor_encoder.net, module.pi.net)
 
 
 def set_noise(module: Any, log_std: float) -> None:
-    """Set the standard deviation of the actions."""
+    """Sets the standard deviation of the actions."""
     with torch.no_grad():
         module.pi.log_std.fill_(log_std)
 
 
 def checked_layers(module: Any, run: Run) -> Layers:
-    """Return the actor's layers for a policy file.
+    """Returns the actor's layers for a policy file.
 
     Args:
         module: of RLlib.
@@ -90,7 +90,7 @@ def checked_layers(module: Any, run: Run) -> Layers:
 
 
 def distribute_weights(algorithm: PPO) -> None:
-    """Give the learner's weights to all processes and wait until they have them.
+    """Gives the learner's weights to all processes and waits until they have them.
 
     RLlib's own ``sync_weights`` drops what is for a process that has not yet answered the last
     time, as it is with those that have just been made: after its ``restore_from_path`` too, the

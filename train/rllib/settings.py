@@ -22,13 +22,13 @@ LONGEST_PATH = 36
 
 
 def rollout_size(config: Config) -> int:
-    """Return the timesteps between two updates, about: RLlib adds the rest of its last step."""
+    """Returns the timesteps between two updates, about: RLlib adds the rest of its last step."""
     worlds = worlds_per_process(config) * num_processes(config)
     return config.ppo.num_steps * worlds * config.worlds.teams[0]
 
 
 def rate_schedule(config: Config, rate: float, waits: int = 0) -> list[list[float]]:
-    """Return the course of a learning rate as pairs (steps of worlds, learning rate).
+    """Returns the course of a learning rate as pairs (steps of worlds, learning rate).
 
     Args:
         config: of the run.
@@ -45,7 +45,7 @@ def rate_schedule(config: Config, rate: float, waits: int = 0) -> list[list[floa
 
 
 def settings(config: Config, done: int) -> PPOConfig:
-    """Return the settings of RLlib.
+    """Returns the settings of RLlib.
 
     Steps are those of single boats. Each world's part of a batch has one row more than steps, the
     state after the last of them, of which the minibatches have their share.
@@ -103,7 +103,7 @@ def settings(config: Config, done: int) -> PPOConfig:
 
 
 def check(config: Config) -> None:
-    """Refuse options that only the engine sb3 has.
+    """Refuses options that only the engine sb3 has.
 
     Raises:
         ValueError: there is such an option.
@@ -128,7 +128,7 @@ def _refuse(name: str, value: object, why: str) -> None:
 
 @contextmanager
 def connected(config: Config) -> Iterator[None]:
-    """Connect to Ray while the block runs: the cluster that is asked for, or this machine alone.
+    """Connects to Ray while the block runs: the cluster that is asked for, or this machine alone.
 
     Raises:
         ConnectionError: there is no such cluster.

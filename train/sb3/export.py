@@ -53,7 +53,7 @@ class Options:
 def largest_difference(
     policy: NetworkPolicy, network: Callable[[Observation], Action], params: EnvParams
 ) -> float:
-    """Return the largest difference between the actions of a policy and a network.
+    """Returns the largest difference between the actions of a policy and a network.
 
     Args:
         policy: from a policy file, which acts.
@@ -103,7 +103,7 @@ def check(run: Path) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Export as a command line says; exit with a message where something is wrong."""
+    """Exports as a command line says; exits with a message where something is wrong."""
     options = tyro.cli(Options, args=arguments, prog="python -m train.sb3.export")
     file = options.file
     try:

@@ -22,7 +22,7 @@ class Identity(BaseFeaturesExtractor):
         super().__init__(observation_space, features_dim=1)
 
     def forward(self, observations: dict[str, Tensor]) -> Any:
-        """Return the observations."""
+        """Returns the observations."""
         return observations
 
 
@@ -37,16 +37,16 @@ class ActorAndCritic(nn.Module):
         self.latent_dim_pi = self.latent_dim_vf = hidden[-1]
 
     def forward(self, features: dict[str, Tensor]) -> tuple[Tensor, Tensor]:
-        """Return the last hidden layers (n, hidden[-1]) of actor and critic."""
+        """Returns the last hidden layers (n, hidden[-1]) of actor and critic."""
         return self.forward_actor(features), self.forward_critic(features)
 
     def forward_actor(self, features: dict[str, Tensor]) -> Tensor:
-        """Return the last hidden layer of the actor, from what a boat observes."""
+        """Returns the last hidden layer of the actor, from what a boat observes."""
         latent: Tensor = self.policy_net(features["obs"])
         return latent
 
     def forward_critic(self, features: dict[str, Tensor]) -> Tensor:
-        """Return the last hidden layer of the critic, from observation and state of the world."""
+        """Returns the last hidden layer of the critic, from observation and state of the world."""
         latent: Tensor = self.value_net(torch.cat([features["obs"], features["state"]], dim=-1))
         return latent
 
@@ -66,7 +66,7 @@ class CentralCriticPolicy(MultiInputActorCriticPolicy):
 
 
 def perceptron(inputs: int, hidden: list[int], activation: type[nn.Module]) -> nn.Sequential:
-    """Return hidden layers with an activation after each."""
+    """Returns hidden layers with an activation after each."""
     layers: list[nn.Module] = []
     for size in hidden:
         layers += [nn.Linear(inputs, size), activation()]
@@ -75,12 +75,12 @@ def perceptron(inputs: int, hidden: list[int], activation: type[nn.Module]) -> n
 
 
 def policy_class(config: Config) -> type[ActorCriticPolicy]:
-    """Return the policy class for the critic of the options."""
+    """Returns the policy class for the critic of the options."""
     return CentralCriticPolicy if config.network.critic == "central" else ActorCriticPolicy
 
 
 def policy_options(config: Config) -> dict[str, Any]:
-    """Return the arguments of the policy class."""
+    """Returns the arguments of the policy class."""
     return {
         "net_arch": list(config.network.hidden),
         "activation_fn": ACTIVATIONS[config.network.activation],
@@ -89,5 +89,5 @@ def policy_options(config: Config) -> dict[str, Any]:
 
 
 def actor(policy: ActorCriticPolicy) -> nn.Module:
-    """Return the network from observations to mean actions; it shares the policy's weights."""
+    """Returns the network from observations to mean actions; it shares the policy's weights."""
     return nn.Sequential(policy.mlp_extractor.policy_net, policy.action_net)

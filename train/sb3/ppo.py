@@ -52,7 +52,7 @@ class Learner(PPO):
 
     @classmethod
     def create(cls, config: Config, worlds: VecEnv) -> Learner:
-        """Return an untrained learner."""
+        """Returns an untrained learner."""
         set_random_seed(config.first_seed % 2**32)
         options = config.ppo
         rows = options.num_steps * worlds.num_envs
@@ -116,7 +116,7 @@ class Learner(PPO):
         return max(LEAST_RATE, self._current_progress_remaining)
 
     def train(self) -> None:
-        """Update; then bound the noise from below and adapt the actor's learning rate."""
+        """Updates; then bounds the noise from below and adapts the actor's learning rate."""
         critic_only = self.critic_only
         super().train()
         with torch.no_grad():
@@ -125,7 +125,7 @@ class Learner(PPO):
             self._adapt_rate()
 
     def _adapt_rate(self) -> None:
-        """Let the actor's learning rate follow the divergence of the update."""
+        """Lets the actor's learning rate follow the divergence of the update."""
         target = self.config.ppo.adapt_kl
         if target is None:
             return
@@ -141,12 +141,12 @@ class Learner(PPO):
         return self.config.curriculum.until_complete and self.progress >= 1.0
 
     def store_random_state(self) -> None:
-        """Remember the states of the random generators from which stable-baselines3 draws."""
+        """Remembers the states of the random generators from which stable-baselines3 draws."""
         numpy_state = np.random.get_state()  # noqa: NPY002
         self.random_state = random.getstate(), numpy_state, torch.get_rng_state()
 
     def restore_random_state(self) -> None:
-        """Put the random generators into the states of the checkpoint."""
+        """Puts the random generators into the states of the checkpoint."""
         plain, numpy_state, torch_state = self.random_state
         random.setstate(plain)
         np.random.set_state(numpy_state)  # noqa: NPY002

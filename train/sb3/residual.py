@@ -32,7 +32,7 @@ class ResidualVecEnv(BoatVecEnv):
         return super().reset()
 
     def step_async(self, actions: Action) -> None:
-        """Take the corrections (W A, 2) of the next step."""
+        """Takes the corrections (W A, 2) of the next step."""
         sensed = self.simulation.sensed
         unused = np.empty(0, dtype=np.float32)  # the scripted policy reads what is sensed
         scripted, self._memory = self._scripted.act(sensed, unused, self._memory, self._fresh)

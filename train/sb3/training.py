@@ -77,14 +77,14 @@ class Callback(BaseCallback):
         self.model._last_episode_starts = np.ones(rows, dtype=bool)
 
     def evaluate(self) -> None:
-        """Score the policy as it is, and keep it if it is the best so far."""
+        """Scores the policy as it is, and keeps it if it is the best so far."""
         model, file = self.model, self._run.folder / f"{BEST}.zip"
         model.status.timesteps = model.num_timesteps
         layers = actors.get_layers(policies.actor(model.policy))
         self._keep_best.evaluate(layers, lambda: write(file, model.save))
 
     def advance_curriculum(self) -> None:
-        """Let goals, noise and variation grow where most episodes have succeeded."""
+        """Lets goals, noise and variation grow where most episodes have succeeded."""
         ended, step = self.model.ep_success_buffer, self._run.config.curriculum.step
         if ended and np.mean(ended) >= ADVANCES:
             self.model.progress = min(1.0, self.model.progress + step)
@@ -93,7 +93,7 @@ class Callback(BaseCallback):
         self.model.logger.record("curriculum/progress", self.model.progress)
 
     def save(self) -> None:
-        """Write the checkpoint."""
+        """Writes the checkpoint."""
         self._keep_best.count_time()
         self.model.store_random_state()
         write(self._run.checkpoint, self.model.save)
@@ -132,7 +132,7 @@ def train(config: Config) -> None:
 
 
 def _begun(config: Config, worlds: TrainingVecEnv, layers: Layers | None) -> Learner:
-    """Return a learner whose actor has the weights of a file, or has imitated, as asked for."""
+    """Returns a learner whose actor has the weights of a file, or has imitated, as asked for."""
     learner = Learner.create(config, worlds)
     actor = policies.actor(learner.policy)
     if layers is not None:
@@ -142,7 +142,7 @@ def _begun(config: Config, worlds: TrainingVecEnv, layers: Layers | None) -> Lea
 
 
 def _resumed(run: Run, worlds: TrainingVecEnv) -> Learner:
-    """Return the learner of the checkpoint."""
+    """Returns the learner of the checkpoint."""
     run.note_code()
     learner = Learner.load(run.checkpoint, env=worlds, device="cpu")
     learner.restore_random_state()

@@ -38,7 +38,7 @@ class TrainingVecEnv(VecEnv):
         super().__init__(sum(rows), first.observation_space, first.action_space)
 
     def restart(self, progress: float, seed: int) -> Any:
-        """Make all worlds again and begin their episodes.
+        """Makes all worlds again and begins their episodes.
 
         What follows depends on these two arguments alone.
 
@@ -82,11 +82,11 @@ class TrainingVecEnv(VecEnv):
         return parts
 
     def reset(self) -> Any:
-        """Begin new episodes in all worlds."""
+        """Begins new episodes in all worlds."""
         return _joined([part.reset() for part in self._parts])
 
     def step_async(self, actions: Action) -> None:
-        """Take the actions of all rows."""
+        """Takes the actions of all rows."""
         for part, some in zip(self._parts, np.split(actions, self._cuts), strict=True):
             part.step_async(some)
 
@@ -103,28 +103,28 @@ class TrainingVecEnv(VecEnv):
         )
 
     def close(self) -> None:
-        """Close all worlds."""
+        """Closes all worlds."""
         for part in self._parts:
             part.close()
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Seed the rows of all worlds, which count up from ``seed``."""
+        """Seeds the rows of all worlds, which count up from ``seed``."""
         given: list[int | None] = []
         for part in self._parts:
             given += part.seed(None if seed is None else seed + len(given))
         return given
 
     def set_options(self, options: Any = None) -> None:
-        """Refuse options: episodes of a training begin as its curriculum says."""
+        """Refuses options: episodes of a training begin as its curriculum says."""
         raise NotImplementedError("the worlds of a training take no options")
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute, once for each row."""
+        """Returns an attribute, once for each row."""
         values = list(chain.from_iterable(part.get_attr(attr_name) for part in self._parts))
         return [values[row] for row in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Set an attribute of all worlds."""
+        """Sets an attribute of all worlds."""
         for part in self._parts:
             part.set_attr(attr_name, value)
 
@@ -135,7 +135,7 @@ class TrainingVecEnv(VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Call a method of all worlds; return its results by row."""
+        """Calls a method of all worlds; returns its results by row."""
         results = [
             part.env_method(method_name, *method_args, **method_kwargs) for part in self._parts
         ]
@@ -147,12 +147,12 @@ class TrainingVecEnv(VecEnv):
         wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
         indices: VecEnvIndices = None,
     ) -> list[bool]:
-        """Return whether rows are wrapped: as if by a Monitor, see ``BoatVecEnv``."""
+        """Returns whether rows are wrapped: as if by a Monitor, see ``BoatVecEnv``."""
         return [issubclass(Monitor, wrapper_class) for _ in self._get_indices(indices)]
 
 
 def _joined(parts: Sequence[Any]) -> Any:
-    """Return the observations of all rows, as an array or a dictionary of arrays."""
+    """Returns the observations of all rows, as an array or a dictionary of arrays."""
     if isinstance(parts[0], dict):
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return np.concatenate(parts)

@@ -63,15 +63,17 @@ def trainings(card: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _line(card: dict[str, Any]) -> list[str]:
     options, scores = card["options"], card["development"]
-    begins = "imitation of `scripted`" if options["imitation_rounds"] else "nothing"
+    worlds = options.get("worlds", options)  # older trainings have options without sections
+    imitation = options.get("imitation", {"rounds": options.get("imitation_rounds")})
+    begins = "imitation of `scripted`" if imitation["rounds"] else "nothing"
     if options["init_from"]:
         begins = "the one above" if card.get("began_with") else f"`{options['init_from']}`"
     first, last = card["training_seeds"]
     return [
         options["task"],
         begins,
-        ", ".join(options["scenarios"]),
-        ", ".join(map(str, options["teams"])),
+        ", ".join(worlds["scenarios"]),
+        ", ".join(map(str, worlds["teams"])),
         f"{card['timesteps'] / 1e6:.1f} M",
         f"{scores[0]['seconds'] / 60:.0f}",
         f"{first:,} to {last:,}",
