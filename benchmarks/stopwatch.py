@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -19,14 +20,14 @@ class Sample:
     Attributes:
         steps: number of steps of all worlds.
         seconds: duration, without the stopwatch's own time.
-        bare: part of it that was spent in ``Space.step``, s.
-        touching: fraction of the boats that touch something at its end.
+        bare: part of it that was spent in ``Space.step``, s; NaN without one.
+        touching: fraction of the boats that touch something at its end; NaN if unknown.
     """
 
     steps: int
     seconds: float
-    bare: float = 0.0
-    touching: float = 0.0
+    bare: float = math.nan
+    touching: float = math.nan
 
 
 class Stopwatch:

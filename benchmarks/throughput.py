@@ -32,11 +32,9 @@ import math
 import os
 import platform
 import time
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 import pandas as pd
@@ -47,17 +45,20 @@ from tqdm import tqdm
 
 SUBSTEPS = CLOCK["physics"] // CLOCK["control"]
 VMAS_SUBSTEPS = 1
-COLUMNS: dict[str, tuple[str, str]] = {
-    "env_steps_per_s": ("env-steps/s", ",.0f"),
-    "agent_steps_per_s": ("agent-steps/s", ",.0f"),
-    "us_per_env_step": ("µs a step", ".1f"),
-    "bare_us_per_env_step": ("bare µs", ".1f"),
-    "over_bare": ("ours/bare", ".2f"),
-    "env_steps_over_vmas": ("env-steps/VMAS", ".2f"),
-    "substeps_over_vmas": ("substeps/VMAS", ".2f"),
+SUBJECT = ["worlds", "adapter", "situation"]
+"""Columns that tell what was measured."""
+FORMATS = {
+    "touching": ".0%",
+    "env-steps/s": ",.0f",
+    "agent-steps/s": ",.0f",
+    "µs a step": ".1f",
+    "bare µs": ".1f",
+    "ours/bare": ".2f",
+    "env-steps/VMAS": ".2f",
+    "substeps/VMAS": ".2f",
 }
-"""Measured quantities, with head and format of their columns."""
-RANGED = ("env_steps_per_s", "over_bare", "env_steps_over_vmas")
+"""Formats of the measured quantities."""
+RANGED = ("env-steps/s", "ours/bare", "env-steps/VMAS")
 """Quantities whose range is shown."""
 
 
@@ -110,68 +111,54 @@ def measure(subject: Subject, seconds: float, watch: Stopwatch) -> Sample:
     return watch.sample(steps, elapsed, touching)
 
 
-def throughput(options: Options) -> list[dict[str, Any]]:
-    """Runs all rounds; returns a row for each subject."""
+def throughput(options: Options) -> pd.DataFrame:
+    """Runs all rounds; returns a row for each measurement."""
     with timed_space_steps() as watch:
         subjects = all_subjects(sorted(set(options.worlds)), options.vmas)
-        samples: list[list[Sample]] = [[] for _ in subjects]
-        with tqdm(total=options.rounds * len(subjects), unit="measurement") as bar:
-            for _ in range(options.rounds):
-                for subject, own in zip(subjects, samples, strict=True):
-                    own.append(measure(subject, options.seconds, watch))
-                    bar.update()
-    pairs = list(zip(subjects, samples, strict=True))
-    vmas = {subject.worlds: own for subject, own in pairs if subject.simulation is None}
-    return [row(subject, own, vmas.get(subject.worlds)) for subject, own in pairs]
+        turns = [(number, subject) for number in range(options.rounds) for subject in subjects]
+        return pd.DataFrame(
+            {
+                "round": number,
+                **{name: getattr(subject, name) for name in SUBJECT},
+                **asdict(measure(subject, options.seconds, watch)),
+            }
+            for number, subject in tqdm(turns, unit="measurement")
+        )
 
 
-def row(subject: Subject, samples: list[Sample], vmas: list[Sample] | None) -> dict[str, Any]:
-    """Returns what a subject's samples amount to; each ratio is of two samples of one round."""
-    worlds = subject.worlds
-    rates = [worlds * sample.steps / sample.seconds for sample in samples]
-    result: dict[str, Any] = {
-        "worlds": worlds,
-        "adapter": subject.adapter,
-        "situation": subject.situation,
-        "env_steps_per_s": _spread(rates),
-        "agent_steps_per_s": _spread([NUM_BOATS * rate for rate in rates]),
-        "us_per_env_step": _spread([1e6 / rate for rate in rates]),
-        "samples": [asdict(sample) for sample in samples],
-    }
-    if subject.simulation is None:
-        return result
-    bare = [1e6 * sample.bare / sample.steps / worlds for sample in samples]
-    result["touching"] = median(sample.touching for sample in samples)
-    result["bare_us_per_env_step"] = _spread(bare)
-    result["over_bare"] = _spread([sample.seconds / sample.bare for sample in samples])
-    if vmas is not None:
-        theirs = [worlds * sample.steps / sample.seconds for sample in vmas]
-        times = [ours / other for ours, other in zip(rates, theirs, strict=True)]
-        result["env_steps_over_vmas"] = _spread(times)
-        result["substeps_over_vmas"] = _spread([SUBSTEPS / VMAS_SUBSTEPS * x for x in times])
-    return result
+def with_rates(samples: pd.DataFrame) -> pd.DataFrame:
+    """Returns measurements with rates and ratios; each ratio is of two samples of one round."""
+    worlds, steps, seconds, bare = (samples[n] for n in ("worlds", "steps", "seconds", "bare"))
+    rate = worlds * steps / seconds
+    vmas = rate.where(samples["adapter"] == "VMAS")
+    vmas = vmas.groupby([samples["round"], worlds]).transform("max").where(bare.notna())
+    return samples.assign(
+        **{
+            "env-steps/s": rate,
+            "agent-steps/s": NUM_BOATS * rate,
+            "µs a step": 1e6 / rate,
+            "bare µs": 1e6 * bare / steps / worlds,
+            "ours/bare": seconds / bare,
+            "env-steps/VMAS": rate / vmas,
+            "substeps/VMAS": SUBSTEPS / VMAS_SUBSTEPS * rate / vmas,
+        }
+    )
 
 
-def _spread(values: Sequence[float]) -> dict[str, float]:
-    return {"median": median(values), "min": min(values), "max": max(values)}
+def table(samples: pd.DataFrame) -> str:
+    """Returns the measurements as text: medians, and in brackets the range over the rounds."""
+    groups = with_rates(samples).groupby(SUBJECT, sort=False)
+    columns = {name: groups[name].apply(_cell, name) for name in FORMATS}
+    shown = {name: cells for name, cells in columns.items() if cells.any()}
+    return pd.DataFrame(shown).reset_index().to_string(index=False)
 
 
-def table(rows: Sequence[dict[str, Any]]) -> str:
-    """Returns the rows as text: medians, and in brackets the range over the rounds."""
-    cells = []
-    for one in rows:
-        touching = f"{one['touching']:.0%}" if "touching" in one else ""
-        line = {name: one[name] for name in ("worlds", "adapter", "situation")}
-        line |= {"touching": touching}
-        line |= {head: _cell(one[key], key) for key, (head, _) in COLUMNS.items() if key in one}
-        cells.append(line)
-    return pd.DataFrame(cells).to_string(index=False, na_rep="")
-
-
-def _cell(value: dict[str, float], key: str) -> str:
-    form = COLUMNS[key][1]
-    text = format(value["median"], form)
-    return text + f" ({value['min']:{form}}-{value['max']:{form}})" * (key in RANGED)
+def _cell(values: pd.Series, name: str) -> str:
+    form = FORMATS[name]
+    if values.isna().all():
+        return ""
+    text = format(values.median(), form)
+    return text + f" ({values.min():{form}}-{values.max():{form}})" * (name in RANGED)
 
 
 def circumstances(options: Options) -> dict[str, Any]:
@@ -196,14 +183,16 @@ def circumstances(options: Options) -> dict[str, Any]:
 def main(options: Options) -> None:
     """Measures, prints and writes."""
     around = circumstances(options)
-    rows = throughput(options)
+    samples = throughput(options)
     loads = f"{around['load_average'][0]:.1f} at the start, {os.getloadavg()[0]:.1f} at the end"
     versions = ", ".join(f"{name} {version}" for name, version in around["versions"].items())
-    print(f"\n{table(rows)}\n")
+    print(f"\n{table(samples)}\n")
     print(f"Load average {loads}, {around['cores']} cores, Python {around['python']}, {versions}")
     if options.out is not None:
         options.out.parent.mkdir(parents=True, exist_ok=True)
-        options.out.write_text(json.dumps({"circumstances": around, "rows": rows}, indent=2) + "\n")
+        rows = json.loads(samples.to_json(orient="records"))
+        text = json.dumps({"circumstances": around, "samples": rows}, indent=2)
+        options.out.write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
