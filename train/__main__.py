@@ -1,7 +1,5 @@
 """``python -m train``: see ``train.config.Config`` for the options."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 

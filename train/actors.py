@@ -1,7 +1,5 @@
 """Conversion between an actor in torch and the layers of a policy file."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import torch

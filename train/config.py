@@ -1,7 +1,5 @@
 """All options of a training, the presets of the tasks, and the command line that sets them."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -120,7 +118,7 @@ class Config:
         """Names of the columns of what a boat observes."""
         return observation.column_names(observation.features(self.params()))
 
-    def changed(self, **options: Any) -> Config:
+    def changed(self, **options: Any) -> "Config":
         """Returns a copy with other options; a mapping changes these fields of a section."""
         values = {
             name: replace(getattr(self, name), **value) if isinstance(value, Mapping) else value
@@ -149,14 +147,14 @@ PRESETS = {
 """Default options of the built-in tasks."""
 
 
-def preset(task: str) -> Config:
+def preset(task: str) -> "Config":
     """Returns the default options of a task: those of the built-in task of its kind."""
     config = Config(task)
     kind = "push" if config.definition.starts_grasped else "transport"
     return PRESETS[kind if config.definition.has_goal else "approach"].changed(task=task)
 
 
-def parse(arguments: Sequence[str] | None = None) -> Config:
+def parse(arguments: Sequence[str] | None = None) -> "Config":
     """Returns the options of a command line; what is not given is the task's preset.
 
     Exits with a message where something is wrong.

@@ -5,8 +5,6 @@ rollout. Goals lie ahead of the team and are hardly turned, noise and variation 
 grow with the progress of the curriculum, from 0 to 1.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -5,8 +5,6 @@ runs of a name, at their common evaluations; the band is its 95 % interval by St
 a run alone, Wilson's interval of its success.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Recorded episodes that are imitated beside the scripted policy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

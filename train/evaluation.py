@@ -1,7 +1,5 @@
 """Scores of a policy while it is trained, on development seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

@@ -5,10 +5,8 @@ more often, and is trained on what the expert would have done in the states that
 expert remembers more than an observation holds; the learner learns what follows from observations.
 """
 
-from __future__ import annotations
-
 import sys
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import torch
@@ -17,7 +15,6 @@ from tqdm import tqdm
 
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Bool, Observation, Sensed
-from baselines.policy import Policy
 from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
@@ -96,55 +93,26 @@ def dagger_rollouts(actor: nn.Module, config: Config, number: int) -> list[Pairs
 def _dagger_rollout(
     actor: nn.Module, config: Config, group: tuple[int, str], seeds: range, number: int
 ) -> Pairs:
-    params = training_params(config, *group)
+    """Returns observations of a group of worlds, in which expert and learner act, and labels."""
+    params, rate = training_params(config, *group), config.worlds.decision_rate
     simulation = Simulation(params, len(seeds), initial_states=CurriculumStates(config))
-    rate = config.worlds.decision_rate
-    mixture = Mixture(
-        ScriptedPolicy(params), actor, EXPERT_FRACTION**number, round(TURN * rate), seeds.start
-    )
-    seen, wanted = [], []
-    for tick in rollout(simulation, mixture.act, seeds, round(config.imitation.time * rate)):
-        seen.append(tick.observation.reshape(-1, tick.observation.shape[-1]))
-        wanted.append(tick.memory.expert_action.reshape(-1, 2))
-    return np.concatenate(seen), np.concatenate(wanted)
-
-
-class MixtureMemory(NamedTuple):
-    """Memory of a ``Mixture``."""
-
-    expert: Any
-    """Memory of the expert."""
-    expert_action: Action
-    """Action (W, A, 2) that the expert takes or would take."""
-
-
-class Mixture:
-    """Policy by which the expert acts in some worlds and the learner in the others.
-
-    Args:
-        expert: policy that is imitated.
-        actor: learner, from observations (..., K) to actions (..., 2).
-        fraction: of the worlds in which the expert acts.
-        period: ticks between two random choices of these worlds.
-        seed: of these choices.
-    """
-
-    def __init__(
-        self, expert: Policy, actor: nn.Module, fraction: float, period: int, seed: int
-    ) -> None:
-        self._expert, self._actor, self._fraction = expert, actor, fraction
-        self._tick, self._period = 0, period
-        self._rng = np.random.default_rng(seed)
+    expert, rng = ScriptedPolicy(params), np.random.default_rng(seeds.start)
+    expert_acts = np.ones((len(seeds), 1, 1), dtype=np.bool_)
+    seen: list[Observation] = []
+    wanted: list[Action] = []
 
     def act(
-        self, sensed: Sensed, observation: Observation, memory: MixtureMemory | None, fresh: Bool
-    ) -> tuple[Action, MixtureMemory]:
-        """See ``Policy.act``."""
-        before = None if memory is None else memory.expert
-        wanted, after = self._expert.act(sensed, observation, before, fresh)
-        if self._tick % self._period == 0:
-            self._expert_acts = self._rng.random((len(fresh), 1, 1)) < self._fraction
-        self._tick += 1
+        sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
+    ) -> tuple[Action, Any]:
+        action, memory = expert.act(sensed, observation, memory, fresh)
+        if len(wanted) % round(TURN * rate) == 0:
+            expert_acts[...] = rng.random(expert_acts.shape) < EXPERT_FRACTION**number
+        seen.append(observation.reshape(-1, observation.shape[-1]))
+        wanted.append(action.reshape(-1, 2))
         with torch.no_grad():
-            learned = self._actor(torch.from_numpy(observation)).numpy()
-        return np.where(self._expert_acts, wanted, learned), MixtureMemory(after, wanted)
+            learned = actor(torch.from_numpy(observation)).numpy()
+        return np.where(expert_acts, action, learned), memory
+
+    for _ in rollout(simulation, act, seeds, round(config.imitation.time * rate)):
+        pass
+    return np.concatenate(seen), np.concatenate(wanted)

@@ -1,7 +1,5 @@
 """Evaluation between updates: the best policy and the last stay in the folder of the run."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Checks of all that a training needs, before its folder is made."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

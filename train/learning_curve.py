@@ -1,7 +1,5 @@
 """The file ``curve.csv`` of a run: a row for each evaluation in one group of worlds."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Mapping, Sequence

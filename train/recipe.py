@@ -7,8 +7,6 @@ policy for Push and Transport, with two networks for every team and two for team
 its own; the same command resumes where it was stopped.
 """
 
-from __future__ import annotations
-
 import shutil
 import sys
 from collections.abc import Sequence

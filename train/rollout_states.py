@@ -1,7 +1,5 @@
 """States of rollouts, in which episodes of a training can begin."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

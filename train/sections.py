@@ -1,7 +1,5 @@
 """The sections of a training's options, each of which checks itself; names are CleanRL's."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """Reports to Weights & Biases."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

@@ -119,7 +119,7 @@ def _features(metadata: Metadata, params: EnvParams) -> tuple[Feature, ...]:
         ValueError: an unknown feature, with the nearest known one.
     """
     own = {feature.name: feature for feature in observation.features(params)}
-    return tuple(own.get(name) or observation.FEATURES[name] for name in metadata.observation)
+    return tuple(own.get(name) or observation.FEATURES.find(name) for name in metadata.observation)
 
 
 def _check_fit(metadata: Metadata, params: EnvParams) -> None:

@@ -1,7 +1,5 @@
 """Checkpoints of RLlib: a folder each, and a file that names the last."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import tempfile

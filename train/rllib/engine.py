@@ -9,8 +9,6 @@ A run that is resumed from a checkpoint begins new episodes. It does not repeat 
 would have done without a stop.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

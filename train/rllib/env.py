@@ -1,7 +1,5 @@
 """The worlds of a training as RLlib wants them, and how they are numbered over its processes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The learner of RLlib, its actor, and what it hands to policy files and to other processes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The options of a training in the terms of RLlib, and a connection to Ray."""
 
-from __future__ import annotations
-
 import logging
 import os
 import shutil

@@ -1,7 +1,5 @@
 """A rollout buffer from which torch gathers the minibatches."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

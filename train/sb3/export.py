@@ -4,8 +4,6 @@ The actions of the policy file, which needs no torch, are compared with those of
 was trained, on observations of a rollout.
 """
 
-from __future__ import annotations
-
 import shutil
 import sys
 from collections.abc import Callable, Sequence

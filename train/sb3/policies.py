@@ -1,7 +1,5 @@
 """Actor and critic of stable-baselines3, whose critic may see the state of the world."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import torch

@@ -1,7 +1,5 @@
 """PPO of stable-baselines3 whose actor and critic have learning rates of their own."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 
@@ -51,7 +49,7 @@ class Learner(PPO):
     random_state: Any = None
 
     @classmethod
-    def create(cls, config: Config, worlds: VecEnv) -> Learner:
+    def create(cls, config: Config, worlds: VecEnv) -> "Learner":
         """Returns an untrained learner."""
         set_random_seed(config.first_seed % 2**32)
         options = config.ppo

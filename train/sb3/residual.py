@@ -1,7 +1,5 @@
 """Worlds in which the scripted policy acts and the learner corrects it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ is resumed from a checkpoint therefore learns what it would have learned without
 on the same machine with the same number of threads.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 

@@ -1,7 +1,5 @@
 """A ``VecEnv`` of several team sizes and scenarios side by side, in which a policy trains."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from itertools import chain
@@ -114,33 +112,16 @@ class TrainingVecEnv(VecEnv):
             given += part.seed(None if seed is None else seed + len(given))
         return given
 
-    def set_options(self, options: Any = None) -> None:
-        """Refuses options: episodes of a training begin as its curriculum says."""
-        raise NotImplementedError("the worlds of a training take no options")
-
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Returns an attribute, once for each row."""
         values = list(chain.from_iterable(part.get_attr(attr_name) for part in self._parts))
         return [values[row] for row in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Sets an attribute of all worlds."""
-        for part in self._parts:
-            part.set_attr(attr_name, value)
+    def _refuse(self, *arguments: Any, **options: Any) -> Any:
+        """Refuses what no training needs."""
+        raise NotImplementedError("the worlds of a training are set up by its options alone")
 
-    def env_method(
-        self,
-        method_name: str,
-        *method_args: Any,
-        indices: VecEnvIndices = None,
-        **method_kwargs: Any,
-    ) -> list[Any]:
-        """Calls a method of all worlds; returns its results by row."""
-        results = [
-            part.env_method(method_name, *method_args, **method_kwargs) for part in self._parts
-        ]
-        values = list(chain.from_iterable(results))
-        return [values[row] for row in self._get_indices(indices)]
+    set_options = set_attr = env_method = _refuse
 
     def env_is_wrapped(
         self,
