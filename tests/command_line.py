@@ -3,9 +3,24 @@
 import pytest
 
 from baselines import evaluate
+from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.results import read_csv
 
-SHORT = ["--task", "push", "--episodes", "3", "--num-envs", "2", "--workers", "0"]
+brief = {"task": {"time_limit": 3.0}}
+"""A scenario in which episodes last three seconds."""
+blurred = {**brief, "sensors": {"position_noise": 0.01}}
+TINY = Suite(
+    "tiny-v1",
+    "Two conditions, half a second each.",
+    tuple(
+        Condition(name, scenario=scenario, options={"time_limit": 0.5})
+        for name, scenario in {"exact": "nominal", "noisy": "noisy"}.items()
+    ),
+    seed=50,
+    episodes=4,
+)
+WHOLE = ["--task", "push", "--episodes", "3", "--num-envs", "2", "--workers", "0"]
+SHORT = [*WHOLE, "--scenario", "command_line:brief"]
 
 
 def run(*arguments):

@@ -5,13 +5,12 @@ import sqlite3
 
 import numpy as np
 import pytest
-from command_line import SHORT, refused, rows, run
+from command_line import SHORT, TINY, WHOLE, refused, rows, run
 
 from baselines.evaluate.request import FILES
 from baselines.evaluate.results import HEADS
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import Store
-from baselines.evaluate.suites import SUITES
 
 pytestmark = pytest.mark.usefixtures("no_report")
 
@@ -19,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("no_report")
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("results")
-    run(*SHORT, "--policies", "scripted", "idle", "--seed", 7, "--out", folder)
+    run(*WHOLE, "--policies", "scripted", "idle", "--seed", 7, "--out", folder)
     return folder
 
 
@@ -129,20 +128,28 @@ def test_a_file_that_is_no_database_is_refused(tmp_path, capsys):
 
 
 def test_a_suite_is_run_arm_by_arm(tmp_path):
-    run("--suite", "quick-v1", "--task", "push", "--episodes", 2, "--policies", "idle",
-        "--workers", 0, "--out", tmp_path)  # fmt: skip
-    suite = SUITES["quick-v1"]
+    words = ["--suite", "command_line:TINY", "--task", "push", "--episodes", 2, "--workers", 0]
+    run(*words, "--policies", "idle", "--out", tmp_path)
     assert [(row.condition, row.seed) for row in rows(tmp_path)] == [
-        (condition.name, seed) for condition in suite.conditions for seed in suite.seeds[:2]
+        (condition.name, seed) for condition in TINY.conditions for seed in TINY.seeds[:2]
     ]
 
 
 def test_a_sweep_is_a_suite_of_ones_own(tmp_path):
-    run(*SHORT, "--policies", "idle", "--scenario", "nominal", "gyre", "--num-boats", 2, 3,
-        "--episodes", 1, "--out", tmp_path)  # fmt: skip
+    sweep = [
+        "--scenario",
+        "command_line:brief",
+        "command_line:blurred",
+        "--num-boats",
+        2,
+        3,
+        "--episodes",
+        1,
+    ]
+    run(*SHORT, "--policies", "idle", *sweep, "--out", tmp_path)
     assert [(row.condition, row.num_boats, row.scenario) for row in rows(tmp_path)] == [
         (f"{boats} boats, {scenario}", boats, scenario)
-        for scenario in ("nominal", "gyre")
+        for scenario in ("brief", "blurred")
         for boats in (2, 3)
     ]
 

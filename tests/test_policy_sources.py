@@ -23,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("no_report")
 @pytest.mark.parametrize("num_envs", [1, 4])
 def test_a_broken_policy_fails_its_own_episodes_alone(tmp_path, capsys, workers, num_envs):
     run(
-        *("--task", "push", "--random-goals", "--episodes", 4, "--seed", 20, "--out", tmp_path),
+        *(*SHORT, "--random-goals", "--episodes", 4, "--seed", 20, "--out", tmp_path),
         *("--num-envs", num_envs, "--workers", workers),
         *("--policies", "idle", "broken_policies:RaisesNow", "broken_policies:GivesNan"),
     )
@@ -39,7 +39,7 @@ def test_a_broken_policy_fails_its_own_episodes_alone(tmp_path, capsys, workers,
         assert all(row.goal_x > 0 for row in broken)
         assert {(row.cause, row.success) for row in broken} == {("policy error", False)}
         assert all(text in row.error for row in broken)
-        assert f"{name}, nominal, seed {broken[0].seed}" in said
+        assert f"{name}, brief, seed {broken[0].seed}" in said
         for one, other in zip(by_policy[name], by_policy["idle"], strict=True):
             assert one.error or one.position_error == other.position_error
 

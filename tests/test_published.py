@@ -78,11 +78,14 @@ def test_rows_in_any_order_make_the_same_results():
         ([replace(one, seed=one.seed - 5) for one in all_rows()], "seeds are not the first ones"),
         (all_rows(task="push"), "not an episode of plane-v1"),
         (all_rows(num_boats=5), "not an episode of plane-v1"),
-        ([one for one in all_rows() if one.condition == "noisy"], "not all conditions"),
-        ([*all_rows(), row(replace(SUITE.conditions[0], name="more"), 0)], "not all conditions"),
+        ([one for one in all_rows() if one.condition == "noisy"], "its conditions are not those"),
+        (
+            [*all_rows(), row(replace(SUITE.conditions[0], name="more"), 0)],
+            "its conditions are not",
+        ),
         (
             [*all_rows(episodes=1), row(SUITE.conditions[0], SUITE.seed, training_seed=1)],
-            "not all conditions",
+            "its conditions are not those",
         ),
     ],
 )

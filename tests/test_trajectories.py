@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from command_line import SHORT, rows, run
+from command_line import SHORT, WHOLE, rows, run
 
 from asv_env import make_params
 from baselines.policy import Idle
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.usefixtures("no_report")
 
 
 def test_trajectories_tell_the_episodes_anew(tmp_path):
-    run(*SHORT, "--policies", "random", "--scenario", "noisy", "--record", "--out", tmp_path)
+    run(*SHORT, "--policies", "random", "--record", "--out", tmp_path)
     for row in rows(tmp_path):
         folder = trajectories.folder(tmp_path, row.condition, row.policy, None)
         trajectory, about = trajectories.load(trajectories.path(folder, row.seed))
@@ -32,7 +32,7 @@ def test_trajectories_tell_the_episodes_anew(tmp_path):
 def test_actions_of_a_trajectory_lead_to_its_states(tmp_path):
     from asv_env import Simulation
 
-    run(*SHORT, "--policies", "scripted", "--record", "--episodes", 1, "--out", tmp_path)
+    run(*WHOLE, "--policies", "scripted", "--record", "--episodes", 1, "--out", tmp_path)
     folder = trajectories.folder(tmp_path, "nominal", "scripted", None)
     trajectory, _ = trajectories.load(trajectories.path(folder, 0))
     simulation = Simulation(make_params("push", goal=(0.55, -0.95, 0.1)))
@@ -48,7 +48,7 @@ def test_trajectories_that_are_missing_are_made_later(tmp_path):
     before = rows(tmp_path)
     run(*SHORT, "--policies", "idle", "--record", "--out", tmp_path)
     assert rows(tmp_path) == before
-    folder = trajectories.folder(tmp_path, "nominal", "idle", None)
+    folder = trajectories.folder(tmp_path, "brief", "idle", None)
     assert len(list(folder.glob("*.npz"))) == 3
 
 
@@ -58,7 +58,7 @@ def test_trajectories_are_of_the_policy_that_they_are_named_after(
     def recorded(*words):
         run(*SHORT, "--episodes", 1, "--policies", *words, "--out", tmp_path)
         (row,) = rows(tmp_path)
-        file = trajectories.path(trajectories.folder(tmp_path, "nominal", "net", None), 0)
+        file = trajectories.path(trajectories.folder(tmp_path, "brief", "net", None), 0)
         return row, trajectories.load(file)[1]["episode"] if file.exists() else None
 
     row, told = recorded(f"net={network_file}", "--record")

@@ -1,4 +1,4 @@
-"""Fingerprints of classes and functions of somebody's own, in modules and in notebooks."""
+"""Fingerprints of user-defined classes and functions, in modules and in notebooks."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ def fingerprint(file: Path | None, identity: str) -> str:
 
 
 def identify(function: Any) -> tuple[Path | None, str]:
-    """Returns the file of a class or function, and what tells it from others of that file.
+    """Returns the file of a class or function, and its identity within that file.
 
-    The file is None in a notebook, whose cell counts instead. What is bound to the function, such
-    as arguments of a ``partial``, counts too, but nothing that it imports. Where these cannot be
-    compared, the identity is a new one every time: nothing is taken for the same.
+    In a notebook the file is None, and the identity covers the cell. It also covers values that
+    are bound to the function, such as the arguments of a ``partial``, but nothing that it imports.
+    Where these cannot be compared, the identity is random: no two are taken for the same.
     """
     bound = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
     if isinstance(function, partial):
@@ -53,14 +53,14 @@ def identify(function: Any) -> tuple[Path | None, str]:
 
 
 def is_own(function: Any) -> bool:
-    """Returns whether a class or function is not of this package."""
+    """Returns whether a class or function is user-defined, not of this package."""
     while isinstance(function, partial):
         function = function.func
     return str(function.__module__).partition(".")[0] not in PACKAGES
 
 
 def own_functions(record: Any) -> Iterator[Callable[..., Any]]:
-    """Yields the functions of somebody's own in a record, such as a Task or a list of Features."""
+    """Yields the user-defined functions in a record, such as a Task or a list of Features."""
     if is_dataclass(record) and not isinstance(record, type):
         parts: Sequence[Any] = [getattr(record, f.name) for f in fields(record)]
     elif isinstance(record, list | tuple):

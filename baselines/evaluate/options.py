@@ -90,7 +90,7 @@ class Options:
         )
 
     def _named_suite(self, name: str) -> Suite:
-        settled = [name for name in SWEEP if getattr(self, name) not in (None, (), False)]
+        settled = [name for name in SWEEP if getattr(self, name) != getattr(Options, name)]
         if settled or len(self.task) > 1:
             flag = (settled or ["task"])[0].replace("_", "-")
             raise ValueError(f"--{flag} cannot go with --suite, which settles it: leave one out")

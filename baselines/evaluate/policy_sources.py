@@ -28,10 +28,10 @@ class PolicySource:
     It can be sent to another process.
 
     Attributes:
-        word: what messages call it.
-        factory: makes the policy.
-        file: in which it is stored or written; None for one of this package or of a notebook.
-        identity: what fingerprints hold besides the contents of the file.
+        word: name in messages.
+        factory: function that makes the policy.
+        file: file that stores or defines it; None for a policy of this package or a notebook.
+        identity: part of the fingerprint that does not depend on the file.
     """
 
     word: str
@@ -121,7 +121,7 @@ def _stored(word: str, path: Path, trust_pickles: bool) -> PolicySource:
 
 
 def _written(word: str, factory: Any) -> PolicySource:
-    """Returns the source of a class or function of somebody's own."""
+    """Returns the source of a user-defined class or function."""
     if not callable(factory):
         raise ValueError(f"{word} is not a policy: it is neither a class nor a function")
     return PolicySource(word, factory, *identify(factory))

@@ -61,8 +61,8 @@ class Request:
         present = [name for name in FILES if (self.out / name).exists()]
         if present and not (self.out / STORE).exists() and not self.overwrite:
             raise FileExistsError(
-                f"{self.out} holds {', '.join(present)} of another origin: choose another folder "
-                "(out=...), or replace them (overwrite=True)"
+                f"{self.out} holds {', '.join(present)} but no {STORE}: choose another "
+                "folder (out=...), or replace them (overwrite=True)"
             )
 
     @cached_property
@@ -75,7 +75,7 @@ class Request:
 
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
-        """What made the episodes, besides the policies."""
+        """Suite, code and libraries that made the episodes, by name."""
         records = [(c.params.definition, c.params.observation) for c in self.suite.conditions]
         own = {fingerprint(*identify(function)) for function in own_functions(records)}
         return {

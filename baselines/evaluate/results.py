@@ -99,7 +99,7 @@ def of_rows(suite: Suite, rows: Iterable[Episode]) -> Results:
         numbers = sorted(next(iter(conditions.values())))
         wanted = {condition.name: numbers for condition in suite.conditions}
         if {name: sorted(trainings) for name, trainings in conditions.items()} != wanted:
-            raise ValueError(f"{policy}: not all conditions of {suite.name} are there, or others")
+            raise ValueError(f"{policy}: its conditions are not those of {suite.name}")
         for condition in suite.conditions:
             trainings = conditions[condition.name]
             kept[condition.name, policy] = [trainings[number] for number in numbers]

@@ -141,7 +141,7 @@ SUITES: Registry[Suite] = Registry("suite", {suite.name: suite for suite in PUBL
 
 
 def find(given: str | Suite | Condition | EnvParams | Sequence[Condition]) -> Suite:
-    """Returns the suite that is meant by a name, by conditions, or by an environment's parameters.
+    """Returns the suite of a name, of conditions, or of an environment's parameters.
 
     Raises:
         ValueError: an unknown name, no condition, or two of the same name.
