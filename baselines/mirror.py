@@ -93,16 +93,12 @@ class PushSideSelector:
         closed = np.where(prescribed, sensed.closed, closed & ~fresh)
         fails = (sensed.working != memory.working).any(axis=1)
         slot = np.where(prescribed[:, None], seen.slot, memory.slot)
-        self._assign(slot, seen, ~prescribed & (fresh | fails | misassigned))
-        seen = replace(seen, slot=slot, side=np.ones_like(side), closed=closed)
-        return seen, PushSide(side, slot, sensed.working.copy(), closed)
-
-    def _assign(self, slot: Complex, seen: Sensed, where: Bool) -> None:
-        """Assigns the slots (W, A) of some worlds (W,) again, in place."""
-        for world in map(int, np.flatnonzero(where)):
+        for world in map(int, np.flatnonzero(~prescribed & (fresh | fails | misassigned))):
             slot[world] = formation.assign_slots(
                 self._params, seen.estimate[world], seen.working[world], 1.0
             )
+        seen = replace(seen, slot=slot, side=np.ones_like(side), closed=closed)
+        return seen, PushSide(side, slot, sensed.working.copy(), closed)
 
     def _closure(self, seen: Sensed, memory: PushSide) -> tuple[Bool, Bool]:
         """Returns (W,) whether the vessel is in closure, and (W,) whether slots are misassigned."""

@@ -63,29 +63,27 @@ class NetworkPolicy:
         self, sensed: Sensed, observation: Observation, memory: NetworkMemory | None, fresh: Bool
     ) -> tuple[Action, NetworkMemory]:
         """See ``Policy.act``."""
+        if memory is None:
+            none = np.zeros((len(fresh), 1, 2), dtype=np.float32)
+            memory = NetworkMemory(none, np.full(len(fresh), -1))
         action, push_side = self._decide(sensed, observation, memory, fresh)
-        ticks = np.zeros(len(fresh), dtype=np.int64)
-        if memory is not None:
-            ticks = memory.ticks + 1
-            due = fresh | (ticks % self._action_repeat == 0)
-            action = np.where(due[:, None, None], action, memory.action)
-            ticks = np.where(due, 0, ticks)
-        after = NetworkMemory(action, ticks, push_side=push_side)
+        ticks = memory.ticks + 1
+        due = fresh | (ticks % self._action_repeat == 0)
+        action = np.where(due[:, None, None], action, memory.action)
+        after = NetworkMemory(action, np.where(due, 0, ticks), push_side=push_side)
         if self._scripted is None:
             return action, after
-        before = None if memory is None else memory.scripted
-        scripted, after.scripted = self._scripted.act(sensed, observation, before, fresh)
+        scripted, after.scripted = self._scripted.act(sensed, observation, memory.scripted, fresh)
         corrected = np.clip(scripted + self._residual * action, -1.0, 1.0)
         return corrected.astype(np.float32), after
 
     def _decide(
-        self, sensed: Sensed, observation: Observation, memory: NetworkMemory | None, fresh: Bool
+        self, sensed: Sensed, observation: Observation, memory: NetworkMemory, fresh: Bool
     ) -> tuple[Action, PushSide | None]:
         """Returns the network's action now (W, A, 2), and the sides from which teams push."""
         push_side = None
         if self._side is not None:
-            before = None if memory is None else memory.push_side
-            sensed, push_side = self._side.view(sensed, before, fresh)
+            sensed, push_side = self._side.view(sensed, memory.push_side, fresh)
         if self._observes:
             observation = observe(sensed, self._features, self._params)
         action = self.forward(observation)

@@ -47,12 +47,8 @@ def save(path: Path, phases: Sequence[Phase], model_card: Mapping[str, Any]) -> 
     policy = {
         "format": FORMAT,
         "phases": [
-            {
-                "metadata": asdict(phase.metadata),
-                "patience": phase.patience,
-                "team_size": phase.team_size,
-            }
-            for phase in phases
+            {"metadata": asdict(one.metadata), "patience": one.patience, "team_size": one.team_size}
+            for one in phases
         ],
         "model_card": model_card,
     }

@@ -1,7 +1,7 @@
 """The learned policies that are part of this package: ``learned``.
 
 ``train`` made them. Their model cards are in ``learned/weights/README.md``; ``docs/learned.md``
-says how well they do and where they fail.
+describes what they do and where they fail.
 """
 
 from __future__ import annotations
