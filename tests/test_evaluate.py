@@ -1,16 +1,20 @@
 """The evaluation, from the command line to its files."""
 
 import json
+import re
 import sqlite3
 
 import numpy as np
 import pytest
 from command_line import SHORT, TINY, WHOLE, refused, rows, run
 
+from asv_env import PRESETS, SCENARIOS, TASKS
 from baselines.evaluate.request import FILES
 from baselines.evaluate.results import HEADS
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import Store
+from baselines.evaluate.suites import SUITES
+from baselines.policy import POLICIES
 
 pytestmark = pytest.mark.usefixtures("no_report")
 
@@ -181,3 +185,11 @@ def test_a_sweep_is_a_suite_of_ones_own(tmp_path):
 def test_bad_options_are_refused_before_anything_runs(arguments, message, tmp_path, capsys):
     assert message in refused(capsys, *arguments, "--out", tmp_path / "none")
     assert not (tmp_path / "none").exists()
+
+
+def test_the_help_names_all_that_can_be_chosen(capsys):
+    with pytest.raises(SystemExit):
+        run("--help")
+    words = set(re.findall(r"[\w-]+", capsys.readouterr().out))
+    for registry in (POLICIES, SUITES, TASKS, SCENARIOS, PRESETS):
+        assert set(registry) <= words

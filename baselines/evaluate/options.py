@@ -45,7 +45,7 @@ class Options:
     num_boats: tuple[int, ...] = ()
     """Team sizes of a sweep, 2 to 100; by default 4."""
     preset: str | None = None
-    """Preset of a sweep: nominal, experiment, paper_simulation."""
+    """Preset of a sweep: nominal, experiment, paper_simulation, tank."""
     seed: int | None = None
     """Seed of the first episode of a sweep; by default 0."""
     goal: tuple[float, float, float] | None = None
