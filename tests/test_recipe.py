@@ -1,21 +1,25 @@
 """The recipe of the learned policies: ``python -m train.recipe``."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from train_helpers import same
 
 from asv_env import make_params
+from asv_env.tasks import APPROACH as APPROACH_TASK
 from baselines.evaluate.publish import model_cards
 from baselines.learned import policy_file
 from baselines.rollout import seeds
 from train import recipe
 from train.config import PRESETS
 from train.recipe import APPROACH, Training
+from train.sb3 import export
 
 ORIGINAL, ORIGINAL_PAIRS = recipe.TRAININGS, recipe.PAIRS
 """The recipe of the package, which the other tests replace by a tiny one."""
 PUSH = "second"
+SHORT_APPROACH = replace(APPROACH_TASK, time_limit=8.0)
 TINY = {
     "worlds": {"num_envs": 4, "time_limit": 5.0, "scenarios": ("noisy",)},
     "imitation": {"rounds": 0},
@@ -32,14 +36,16 @@ TINY = {
 @pytest.fixture(scope="module", autouse=True)
 def tiny_recipe():
     """A recipe that is over in seconds."""
-    approach = PRESETS["approach"].changed(**TINY)
-    push = PRESETS["push"].changed(**TINY).changed(worlds={"mirror": True})
+    approach = PRESETS["approach"].changed(**TINY, task="test_recipe:SHORT_APPROACH")
+    push = PRESETS["push"].changed(**TINY, task="train_helpers:SHORT")
+    push = push.changed(worlds={"mirror": True})
     trainings = {
         APPROACH: Training(approach),
         "first": Training(push),
         PUSH: Training(push.changed(network={"hidden": (24,)}), after="first"),
     }
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(export, "SECONDS", 2.0)
         patch.setattr(recipe, "TRAININGS", trainings)
         patch.setattr(recipe, "PAIRS", ((APPROACH, PUSH, None), (APPROACH, "first", 4)))
         yield

@@ -4,8 +4,9 @@ import pytest
 import torch
 from train_helpers import refusal, tiny
 
-from baselines import evaluate
-from baselines.rollout import trajectories
+from asv_env import make_params
+from baselines.rollout import runner, trajectories
+from baselines.scripted.scripted_policy import ScriptedPolicy
 from train import imitation
 from train.demonstrations import check_demonstrations
 from train.demonstrations import demonstrations as demonstrations_of
@@ -14,10 +15,10 @@ from train.demonstrations import demonstrations as demonstrations_of
 @pytest.fixture(scope="module")
 def demonstrations(tmp_path_factory):
     out = tmp_path_factory.mktemp("recorded")
+    params = make_params("push", time_limit=5.0)
     for seed in (10**9, 5):
-        words = f"--task push --random-goals --seed {seed} --episodes 1 --record --workers 0"
-        words += " --policies scripted"
-        evaluate.main([*words.split(), "--out", str(out / str(seed))])
+        (log,) = runner.run(ScriptedPolicy, params, [seed], 1, record=True)
+        trajectories.save(out / str(seed), log, params)
     return out
 
 

@@ -47,7 +47,7 @@ def test_options_go_into_json_by_section():
 def test_changed_options_are_refused(trained):
     said = refusal("--out", trained, "--gamma", 0.9)
     assert "ppo.gamma was 0.996 and is 0.9" in said
-    assert "task was 'push' and is 'approach'" in refusal("--out", trained, "--task", "approach")
+    assert "SHORT' and is 'approach'" in refusal("--out", trained, "--task", "approach")
 
 
 def test_an_option_that_a_run_does_not_know_had_its_default(trained, tmp_path):

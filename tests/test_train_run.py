@@ -1,6 +1,7 @@
 """``python -m train``: what a run leaves in its folder, and how it is stopped and resumed."""
 
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from train_helpers import TINY, actor_of, layers_of, same, timesteps, tiny, train
+from train_helpers import actor_of, layers_of, same, timesteps, tiny, train, words
 
 from asv_env import Simulation, make_params
 from asv_env.sensing import observation
@@ -87,7 +88,7 @@ def test_export_writes_the_best_policy_and_refuses_another(trained, tmp_path, ca
     assert not (tmp_path / "no.npz").exists()
 
 
-def test_what_was_learned_takes_part_in_the_comparison(trained, tmp_path):
+def test_what_was_learned_takes_part_in_the_comparison(trained, tmp_path, no_report):
     words = f"scripted one={trained / 'best.npz'}"
     options = f"--task push --episodes 2 --workers 0 --out {tmp_path / 'out'}"
     evaluate.main(["--policies", *words.split(), *options.split()])
@@ -99,8 +100,9 @@ def test_what_was_learned_takes_part_in_the_comparison(trained, tmp_path):
 
 def test_a_run_that_is_killed_is_resumed_to_the_bit(trained, tmp_path):
     folder = tmp_path / "run"
-    command = [sys.executable, "-m", "train", *TINY, "--out", str(folder)]
-    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL)
+    command = [sys.executable, "-m", "train", *words("--out", folder)]
+    variables = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
+    process = subprocess.Popen(command, cwd=ROOT, env=variables, stderr=subprocess.DEVNULL)
     try:
         while len(timesteps(folder / "curve.csv")) < 2:
             assert process.poll() is None

@@ -2,15 +2,19 @@
 
 import io
 from contextlib import redirect_stderr
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from asv_env.tasks import PUSH
 from baselines.learned import policy_file
 from train.__main__ import main
 from train.config import parse
 
+SHORT = replace(PUSH, time_limit=8.0)
+"""Push with short episodes, so that evaluations cost little."""
 TINY_OPTIONS = """
     --num-envs 8 --num-steps 16 --num-minibatches 2 --update-epochs 2 --hidden 16 16
     --scenarios noisy --time-limit 5 --critic-updates 1
@@ -22,9 +26,15 @@ TINY = TINY_OPTIONS.split()
 """Options of a training that is over in seconds; 512 timesteps an update."""
 
 
+def words(*options):
+    """The command line of a tiny training of ``SHORT``, or of the task among the options."""
+    task = [] if "--task" in options else ["--task", "train_helpers:SHORT"]
+    return [*TINY, *task, *map(str, options)]
+
+
 @cache
 def parsed():
-    return parse(TINY)
+    return parse(words())
 
 
 def tiny(**options):
@@ -33,14 +43,14 @@ def tiny(**options):
 
 
 def train(folder, *options):
-    main([*TINY, "--out", str(folder), *options])
+    main(words("--out", folder, *options))
 
 
 def refusal(*options):
     """The message with which a command exits; several lines are joined."""
     printed = io.StringIO()
     with pytest.raises(SystemExit) as exit, redirect_stderr(printed):
-        main([*TINY, *map(str, options)])
+        main(words(*options))
     return " ".join(f"{exit.value} {printed.getvalue()}".replace("│", " ").split())
 
 
