@@ -1,8 +1,8 @@
 """Named sets of parameters, and the one place where options become ``EnvParams``.
 
 A *preset* says which world it is (the nominal one, the paper's experiment, its simulation, its
-tank); a *scenario* says what disturbs it; a *hull* is a vessel or boat that differs from the nominal
-one. All are overrides of the defaults. One's own are registered, or given as mappings::
+tank); a *scenario* says what disturbs it; a *hull* differs from the nominal vessel or boat. All
+are overrides of the defaults. One's own are registered, or given as mappings::
 
     SCENARIOS.register("murky", {"sensors": {"position_noise": 0.03}})
     make_params(scenario={"sensors": {"position_noise": 0.03}})

@@ -200,7 +200,7 @@ class Simulation:
                 ``action_mode="tracking"``, left and right thruster with "thrusters".
 
         Raises:
-            RuntimeError: a world was never reset, or went on after its end.
+            RuntimeError: a world was never reset, or was stepped after its end.
             ValueError: an action of the wrong shape, or not finite.
         """
         self._check_running()

@@ -106,7 +106,7 @@ def feedback(controller, speed):
 def follow(vessel, controller, speed, bends, looks=True, seconds=60.0, dt=0.02):
     """Deviations (T, 4) and wrenches (T, 2) of a vessel that enters a bend after 20 s.
 
-    One that does not look ahead expects the path to go on as it is.
+    One that does not look ahead expects the path to stay as it is.
     """
     entry, state, states, wrenches = 20.0, np.zeros(4), [], []
     for time in np.arange(0.0, seconds, dt):

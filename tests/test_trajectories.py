@@ -61,11 +61,11 @@ def test_trajectories_are_of_the_policy_that_they_are_named_after(
         file = trajectories.path(trajectories.folder(tmp_path, "brief", "net", None), 0)
         return row, trajectories.load(file)[1]["episode"] if file.exists() else None
 
-    row, told = recorded(f"net={network_file}", "--record")
-    assert told["episode_return"] == row.episode_return
+    row, about = recorded(f"net={network_file}", "--record")
+    assert about["episode_return"] == row.episode_return
     assert recorded(f"net={other_network_file}", "--overwrite")[1] is None
-    other, told = recorded(f"net={other_network_file}", "--record")
-    assert told["episode_return"] == other.episode_return != row.episode_return
+    other, about = recorded(f"net={other_network_file}", "--record")
+    assert about["episode_return"] == other.episode_return != row.episode_return
 
 
 @pytest.mark.usefixtures("own_modules")

@@ -1,7 +1,7 @@
 """What is to be done: initial states, reward, termination, metrics.
 
-``task`` says what a task is; ``approach``, ``push`` and ``transport`` are the built-in ones, made of
-the functions in ``starts``, ``reward``, ``termination`` and ``metrics``.
+``task`` says what a task is. The built-in ones are made of the functions in ``starts``, ``reward``,
+``termination`` and ``metrics``.
 ``formation`` relates vessel, boats, slots and goal.
 """
 

@@ -86,8 +86,8 @@ class Docking:
         gains, height, offset = self._gains, -gap.imag, relations.boat - slot
         docks = np.abs(gap.real) < gains.docking_half_width
         docks &= (height < gains.docking_height) & (offset.imag > -BELOW)
-        widening = gains.funnel_slope * np.maximum(height, 0.0)
-        outside = ~(np.abs(offset.real) < FUNNEL_WIDTH * self._tolerance + widening)
+        slack = gains.funnel_slope * np.maximum(height, 0.0)
+        outside = ~(np.abs(offset.real) < FUNNEL_WIDTH * self._tolerance + slack)
         low = height < gains.retry_height
         retries = (low & outside) | (memory.astern & (low | outside))
         memory.astern = docks & retries & (relations.alignment.real > ASTERN_ALIGNMENT)
