@@ -19,9 +19,14 @@ def choice(kind: str, value: object, known: Iterable[str]) -> str:
     names = list(known)
     if value in names:
         return str(value)
+    listed = ", ".join(map(repr, names))
+    raise ValueError(f"unknown {kind} {value!r}.{nearest(value, names)} Known: {listed}.")
+
+
+def nearest(value: object, names: Sequence[str]) -> str:
+    """Returns " Did you mean ...?" with the name that is most like a value, or nothing."""
     near = difflib.get_close_matches(str(value), names, n=1, cutoff=0.4)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
-    raise ValueError(f"unknown {kind} {value!r}.{hint} Known: {', '.join(map(repr, names))}.")
+    return f" Did you mean {near[0]!r}?" if near else ""
 
 
 def is_finite(value: Any) -> bool:

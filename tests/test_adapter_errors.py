@@ -156,7 +156,7 @@ def test_bad_goals_are_refused(make: Any, options: dict[str, Any], named: str) -
 
 @makers
 def test_unknown_reset_options_warn_with_the_nearest(make: Any) -> None:
-    with pytest.warns(UserWarning, match="'gaol' is unknown and ignored; did you mean 'goal'"):
+    with pytest.warns(UserWarning, match="'gaol' is unknown and ignored. Did you mean 'goal'"):
         reset(make("push"), options={"gaol": [0.0, 0.0, 0.0]})
 
 

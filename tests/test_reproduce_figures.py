@@ -5,7 +5,7 @@ import pytest
 
 from asv_env import make_params
 from asv_env.geometry import wrap, xy
-from asv_env.render.outlines import outline
+from asv_env.render.layout import outline
 from asv_env.tasks import formation
 from baselines.paper import two_arc
 from baselines.paper.arcs import advance

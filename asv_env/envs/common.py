@@ -1,28 +1,21 @@
-"""What the adapters share: life cycle, rendering, spaces, seeds and options of a reset."""
+"""What the adapters share: life cycle, rendering, spaces, options of a reset, metrics."""
 
-from __future__ import annotations
-
-import difflib
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from enum import Enum
 from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Space
 
-from asv_env.checks import choice
-from asv_env.envs.infos import summaries
+from asv_env.checks import choice, nearest
 from asv_env.params import EnvParams
+from asv_env.render import MODES
 from asv_env.sensing import observation
 from asv_env.simulation import WORLDS_PER_SPACE, Simulation
 from asv_env.tasks import InitialStates
-from asv_env.types import Action, Observation, TimeStep
-
-RENDER_MODES = ("human", "rgb_array")
-RENDER_FPS = 10
-"""Frames a second at the default control rate; every environment reports its own rate."""
+from asv_env.types import Action, Float, Observation, TimeStep
 
 
 class ResetNeededError(gymnasium.error.ResetNeeded, RuntimeError, ValueError):
@@ -51,7 +44,7 @@ class Adapter:
         render_mode: "human", "rgb_array" or None.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": RENDER_FPS}
+    metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}
     params: EnvParams
     simulation: Simulation
     render_mode: str | None
@@ -68,19 +61,14 @@ class Adapter:
     ) -> None:
         """Makes the simulation; see ``presets.make_params`` and ``Simulation``."""
         if render_mode is not None:
-            choice("render_mode", render_mode, RENDER_MODES)
+            choice("render_mode", render_mode, MODES)
         self.params, self.render_mode = params, render_mode
         self.metadata = {**self.metadata, "render_fps": params.clock.control, **metadata}
         self.simulation = Simulation(params, num_worlds, worlds_per_space, initial_states)
         self._stage = Stage.NEW
 
     def _require(self, call: str, *stages: Stage) -> None:
-        """Refuses a call in any other stage than these.
-
-        Raises:
-            ClosedError: the environment is closed.
-            ResetNeededError: no episode is running.
-        """
+        """Refuses a call in any other stage than these: ClosedError, ResetNeededError."""
         if self._stage in stages:
             return
         if self._stage is Stage.CLOSED:
@@ -142,7 +130,7 @@ class Adapter:
             self._frame()
 
 
-def boat_spaces(params: EnvParams, *leading: int) -> tuple[Box[np.float32], Box[np.float32]]:
+def boat_spaces(params: EnvParams, *leading: int) -> tuple[Space[Observation], Space[Action]]:
     """Returns the spaces of observations (..., K) and actions (..., 2) with these leading axes."""
     bound = observation.bounds(observation.features(params))
     high = np.broadcast_to(bound, (*leading, len(bound)))
@@ -164,9 +152,22 @@ def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ())
             f"options = {options!r}: give a mapping such as {{'goal': [x, y, heading]}}"
         )
     known = ["goal", *others]
-    for name in options:
-        if name not in known:
-            near = difflib.get_close_matches(str(name), known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(map(repr, known))}"
-            warnings.warn(f"reset option {name!r} is unknown and ignored; {hint}", stacklevel=3)
+    for name in set(options) - set(known):
+        hint = nearest(name, known) or f" Known: {', '.join(map(repr, known))}."
+        warnings.warn(f"reset option {name!r} is unknown and ignored.{hint}", stacklevel=3)
     return options.get("goal")
+
+
+def summaries(simulation: Simulation, worlds: Iterable[int]) -> list[dict[str, Any]]:
+    """Returns the metrics of the episodes of some worlds, as Python scalars."""
+    summary = simulation.summary()
+    return [{name: value[world].item() for name, value in summary.items()} for world in worlds]
+
+
+def team_mean(values: Float) -> Float:
+    """Returns the mean (W,) over the boats of values (W, A) or (W, 1).
+
+    All adapters use this one formula, so that they agree to the bit.
+    """
+    mean: Float = np.add.reduce(values, axis=1) / values.shape[1]
+    return mean

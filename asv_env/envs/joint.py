@@ -5,8 +5,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
-from asv_env.envs.infos import joint_terms, team_mean
+from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option, team_mean
 from asv_env.presets import Overrides, make_params
 from asv_env.tasks import Task
 from asv_env.types import Action, Observation
@@ -19,8 +18,8 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
     Action: (A, 2) float32 in [-1, 1]; finite values outside are clipped.
     Reward: the mean of the boats' rewards.
     End: success and leaving the arena terminate, the time limit truncates.
-    Info: "reward_terms" holds the weighted terms of the step's reward; the last step of an
-    episode also holds its metrics, see ``metrics.summary``.
+    Info: "reward_terms", the weighted terms of the step's reward; at the last step of an episode
+    also its metrics, see ``metrics.summary``.
 
     Args:
         task: name of a task, "module:NAME", or a ``Task``.
@@ -84,5 +83,9 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
         if action.shape != shape:
             raise ValueError(f"action of shape {action.shape}: must be {shape}")
         step, terminated, truncated, summary = self._advance(action)
-        info = {"reward_terms": joint_terms(step.terms), **summary}
+        terms = {
+            name: (value if value.size == 1 else team_mean(value)).item()
+            for name, value in step.terms.items()
+        }
+        info = {"reward_terms": terms, **summary}
         return step.observation[0], team_mean(step.reward).item(), terminated, truncated, info

@@ -1,21 +1,18 @@
 """Adapter: a PettingZoo ParallelEnv in which every boat is an agent."""
 
-from __future__ import annotations
-
-import difflib
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Space
 from pettingzoo import ParallelEnv
 
+from asv_env.checks import nearest
 from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
-from asv_env.envs.infos import boat_terms
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
 from asv_env.tasks import InitialStates, Task
-from asv_env.types import Action, Observation
+from asv_env.types import Action, Observation, TimeStep
 
 Infos = dict[str, dict[str, Any]]
 
@@ -28,8 +25,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     Reward: a float for each agent.
     End: all agents live and end together. Success and leaving the arena terminate, the time
     limit truncates; then ``agents`` is empty until the next reset.
-    Info: "reward_terms" holds the weighted terms of the agent's reward; the last step of an
-    episode also holds its metrics, see ``metrics.summary``.
+    Info: as of ``JointEnv``, with the terms of the agent's own reward.
 
     Args:
         task, num_boats, render_mode, scenario: as of ``JointEnv``.
@@ -58,12 +54,8 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         **options: Any,
     ) -> None:
         params = make_params(task, num_boats, scenario, **options)
-        self._open(
-            params,
-            render_mode,
-            initial_states=initial_states,
-            name=f"asv_env/{params.task.name}-v0",
-        )
+        name = f"asv_env/{params.task.name}-v0"
+        self._open(params, render_mode, initial_states=initial_states, name=name)
         self.possible_agents = [f"asv_{boat}" for boat in range(params.num_boats)]
         self.agents: list[str] = []
         # Every agent has spaces of its own, so that seeding one leaves the others alone.
@@ -73,11 +65,11 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         bound = global_state_bound(params.num_boats)
         self.state_space = Box(-bound, bound, dtype=np.float32)
 
-    def observation_space(self, agent: str) -> Box[np.float32]:
+    def observation_space(self, agent: str) -> Space[Any]:
         """Returns the agent's observation space, always the same object."""
         return self._space(agent, self.observation_spaces)
 
-    def action_space(self, agent: str) -> Box[np.float32]:
+    def action_space(self, agent: str) -> Space[Any]:
         """Returns the agent's action space, always the same object."""
         return self._space(agent, self.action_spaces)
 
@@ -105,9 +97,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
             Observations (K,), rewards, terminations, truncations and infos, by agent.
 
         Raises:
-            ValueError: agents missing or unknown, a wrong shape, NaN or infinity; before a
-                reset, after the end of an episode or after close (``ResetNeededError``,
-                ``ClosedError``).
+            ValueError: agents missing or unknown, and as ``JointEnv.step``.
             TypeError: actions that are not a mapping.
         """
         self._require("step", Stage.RUNNING)
@@ -115,9 +105,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         step, terminated, truncated, summary = self._advance(self._stacked(actions))
         if terminated or truncated:
             self.agents = []
-        infos = [
-            {"reward_terms": terms, **summary} for terms in boat_terms(step.terms, len(agents))
-        ]
+        infos = [{"reward_terms": _terms(step, boat), **summary} for boat in range(len(agents))]
         return (
             dict(zip(agents, step.observation[0], strict=True)),
             dict(zip(agents, step.reward[0].tolist(), strict=True)),
@@ -132,11 +120,11 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         return global_state(self.simulation.state, self.params)[0]
 
     def close(self) -> None:
-        """Closes the window, if there is one; the environment cannot be used any more."""
+        """Closes the window, if there is one, and ends the episode."""
         self.agents = []
         super().close()
 
-    def _space(self, agent: str, spaces: dict[str, Box[np.float32]]) -> Box[np.float32]:
+    def _space(self, agent: str, spaces: dict[str, Space[Any]]) -> Space[Any]:
         if agent not in spaces:
             raise ValueError(f"unknown agent {agent!r}.{self._nearest(agent)}")
         return spaces[agent]
@@ -157,10 +145,14 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         return np.array(stacked)
 
     def _nearest(self, agent: object) -> str:
-        near = difflib.get_close_matches(str(agent), self.possible_agents, n=1)
         first, last = self.possible_agents[0], self.possible_agents[-1]
-        hint = f" Did you mean {near[0]!r}?" if near else ""
-        return f"{hint} The agents are {first!r} to {last!r}."
+        return f"{nearest(agent, self.possible_agents)} The agents are {first!r} to {last!r}."
+
+
+def _terms(step: TimeStep, boat: int) -> dict[str, float]:
+    """Returns the reward terms of a boat of an only world, as Python floats."""
+    # A term that the team shares has one column.
+    return {name: value[0, boat % value.shape[1]].item() for name, value in step.terms.items()}
 
 
 parallel_env = AsvParallelEnv

@@ -7,8 +7,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
-from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
-from asv_env.envs.infos import summaries
+from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option, summaries
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
 from asv_env.simulation import WORLDS_PER_SPACE
@@ -84,7 +83,7 @@ class BoatVecEnv(Adapter, VecEnv):
         self._began = time.time()
         observation_space: gymnasium.Space[Any]
         observation_space, action_space = boat_spaces(params)
-        self._shape = (num_envs, self._team, *observation_space.shape)
+        self._shape = (num_envs, self._team, *(observation_space.shape or ()))
         if with_state:
             bound = global_state_bound(self._team)
             observation_space = Dict({"obs": observation_space, "state": Box(-bound, bound)})

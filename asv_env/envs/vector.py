@@ -1,6 +1,6 @@
 """Adapter: a Gymnasium VectorEnv, many worlds, one agent for all boats of each."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,8 +8,14 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from asv_env.checks import choice
-from asv_env.envs.common import Adapter, ResetNeededError, Stage, boat_spaces, goal_option
-from asv_env.envs.infos import masked, team_mean
+from asv_env.envs.common import (
+    Adapter,
+    ResetNeededError,
+    Stage,
+    boat_spaces,
+    goal_option,
+    team_mean,
+)
 from asv_env.presets import Overrides, make_params
 from asv_env.simulation import WORLDS_PER_SPACE
 from asv_env.tasks import Task
@@ -167,16 +173,16 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
     def _infos(self, step: TimeStep, over: Bool, stepped: Bool, same_step: bool) -> Infos:
         terms = {name: team_mean(value) for name, value in step.terms.items()}
         continuing = stepped & ~over if same_step else stepped
-        infos = masked({"reward_terms": terms}, continuing) if continuing.any() else {}
+        infos = _masked({"reward_terms": terms}, continuing) if continuing.any() else {}
         if not over.any():
             return infos
         summary = self.simulation.summary()
         if not same_step:
-            return infos | masked(summary, over)
+            return infos | _masked(summary, over)
         last = np.full(self.num_envs, None, dtype=object)
         for world in np.flatnonzero(over):
             last[world] = step.observation[world].copy()
-        final = masked({"reward_terms": terms, **summary}, over)
+        final = _masked({"reward_terms": terms, **summary}, over)
         return infos | {
             "final_obs": last,
             "_final_obs": over.copy(),
@@ -202,3 +208,26 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
             return [seed + world for world in range(self.num_envs)]
         return [seed] * self.num_envs
+
+
+def _masked(values: Mapping[str, Any], mask: Bool) -> dict[str, Any]:
+    """Returns infos of some worlds in the format of Gymnasium's vector environments.
+
+    Args:
+        values: arrays (W,), or mappings of arrays, by name.
+        mask: (W,) worlds that have them.
+
+    Returns:
+        Each value, zero where there is none, and its mask under the name with "_" before it.
+    """
+    infos: dict[str, Any] = {}
+    everywhere = mask.all()
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            infos[name] = _masked(value, mask)
+        elif everywhere:
+            infos[name] = value.copy()
+        else:
+            infos[name] = np.where(mask, value, value.dtype.type(0))
+        infos[f"_{name}"] = mask.copy()
+    return infos

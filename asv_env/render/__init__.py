@@ -1,1 +1,4 @@
 """Pictures and films of the worlds."""
+
+MODES = ("human", "rgb_array")
+"""Render modes of the viewer and of all adapters."""

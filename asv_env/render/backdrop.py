@@ -32,15 +32,14 @@ def paint_backdrop(canvas: Canvas, layout: Layout) -> None:
 
 def paint_grid(canvas: Canvas, layout: Layout) -> None:
     """Paints a grid whose spacing is the scale bar's length."""
-    width, height = layout.size
-    camera, bar = layout.camera, layout.bar
+    (width, height), camera, bar = layout.size, layout.camera, layout.bar
     low, high = camera.points(np.array([[0.0, height], [width, 0.0]]))
-    for x in np.arange(np.ceil(low.real / bar), high.real / bar) * bar:
-        ends = np.array([x + 1j * low.imag, x + 1j * high.imag])
-        canvas.lines(camera.pixels(ends), 0.8 * layout.unit, GRID)
-    for y in np.arange(np.ceil(low.imag / bar), high.imag / bar) * bar:
-        ends = np.array([low.real + 1j * y, high.real + 1j * y])
-        canvas.lines(camera.pixels(ends), 0.8 * layout.unit, GRID)
+    xs = np.arange(np.ceil(low.real / bar), high.real / bar) * bar
+    ys = np.arange(np.ceil(low.imag / bar), high.imag / bar) * bar
+    lines = [(x + 1j * low.imag, x + 1j * high.imag) for x in xs]
+    lines += [(low.real + 1j * y, high.real + 1j * y) for y in ys]
+    for ends in lines:
+        canvas.lines(camera.pixels(np.array(ends)), 0.8 * layout.unit, GRID)
 
 
 def paint_streamline(canvas: Canvas, line: Float, unit: float, strength: float = 1.0) -> None:
@@ -55,7 +54,7 @@ def paint_streamline(canvas: Canvas, line: Float, unit: float, strength: float =
     ahead = line[-1] - line[-2]
     ahead = ahead / np.hypot(*ahead) * min(5.5 * unit, 0.45 * length)
     across = 0.55 * np.array([-ahead[1], ahead[0]])
-    head = np.stack([line[-1] + ahead, line[-1] - across, line[-1] + across])
+    head = line[-1] + np.stack([ahead, -across, across])
     canvas.fill(head, mix(WATER, FLOW, 0.6 * strength))
 
 
@@ -64,9 +63,8 @@ def paint_walls(canvas: Canvas, layout: Layout, half_width: float) -> None:
     camera = layout.camera
     basin = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]) * half_width
     quay = basin * (1 + 4 * layout.unit / camera.scale / half_width)
-    beyond = basin * 100
     for k in range(4):
-        for inner, outer, colour in ((quay, beyond, LAND), (basin, quay, QUAY)):
+        for inner, outer, colour in ((quay, basin * 100, LAND), (basin, quay, QUAY)):
             side = np.array([inner[k], inner[k - 1], outer[k - 1], outer[k]])
             canvas.fill(camera.pixels(side), colour)
 
@@ -94,11 +92,11 @@ def streamlines(
     """
     rows = np.arange(0.0, size[1] + spacing, spacing * math.sqrt(0.75))
     columns = np.arange(0.0, size[0] + spacing, spacing)
-    grid = np.empty((len(rows), len(columns), 2))
-    grid[..., 0] = columns + np.where(np.arange(len(rows)) % 2, spacing / 2, 0.0)[:, None]
-    grid[..., 1] = rows[:, None]
+    shift = np.where(np.arange(len(rows)) % 2, spacing / 2, 0.0)
+    x, y = columns + shift[:, None], np.broadcast_to(rows[:, None], (len(rows), len(columns)))
+    middles = np.stack([x, y], axis=-1).reshape(-1, 2)
     dt = length / camera.scale / params.current_speed / steps
-    line = [_drifted(params, camera.points(grid.reshape(-1, 2)), -dt * steps / 2)]
+    line = [_drifted(params, camera.points(middles), -dt * steps / 2)]
     for _ in range(steps):
         line.append(_drifted(params, line[-1], dt))
     return camera.pixels(np.stack(line, axis=-1))

@@ -11,7 +11,7 @@ import numpy as np
 
 from asv_env.geometry import xy
 from asv_env.params import EnvParams, HullParams
-from asv_env.types import Complex, Float, Int
+from asv_env.types import Complex, Float
 
 Box = tuple[complex, complex]
 """Lower left and upper right corner, m."""
@@ -60,10 +60,7 @@ class Camera:
 def first_box(params: EnvParams, motion: Float, goal: Float | None) -> Box:
     """Returns the square that an episode begins with: bodies, goal, walls nearby, clearance.
 
-    Args:
-        params: parameters of the environment.
-        motion: (B, 6) of one world.
-        goal: (3,) pose, or None where it does not matter.
+    ``motion`` is (B, 6) of one world, ``goal`` a pose (3,), or None where it does not matter.
     """
     length = params.vessel.length
     low, high = _bounds(params, motion, goal, ROOM * length)
@@ -106,35 +103,24 @@ class Trail:
     """Past positions of the bodies in an episode, thinned so that they stay quick to draw.
 
     Args:
-        bodies: B.
         spacing: distance that some body has to move before a new point is kept, m.
         limit: number of points at which every other one is dropped.
+
+    Attributes:
+        ticks: control ticks of the points, the oldest first.
+        points: positions (B,) of the bodies at these ticks, m.
     """
 
-    def __init__(self, bodies: int, spacing: float, limit: int) -> None:
-        self._spacing = spacing
-        self._ticks = np.zeros(limit, dtype=np.int64)
-        self._points = np.zeros((limit, bodies), dtype=np.complex128)
-        self._count = 0
-
-    @property
-    def ticks(self) -> Int:
-        """(n,) control ticks of the points."""
-        return self._ticks[: self._count]
-
-    @property
-    def points(self) -> Complex:
-        """(n, B) positions, the oldest first, m."""
-        return self._points[: self._count]
+    def __init__(self, spacing: float, limit: int) -> None:
+        self._spacing, self._limit = spacing, limit
+        self.ticks: list[int] = []
+        self.points: list[Complex] = []
 
     def record(self, tick: int, position: Complex) -> None:
         """Keeps the positions (B,) at a control tick."""
-        if self._count and np.abs(position - self.points[-1]).max() < self._spacing:
+        if self.points and np.abs(position - self.points[-1]).max() < self._spacing:
             return
-        if self._count == len(self._ticks):
-            self._count = (self._count + 1) // 2
-            self._ticks[: self._count] = self._ticks[::2].copy()
-            self._points[: self._count] = self._points[::2].copy()
-        self._ticks[self._count] = tick
-        self._points[self._count] = position
-        self._count += 1
+        if len(self.points) == self._limit:
+            del self.ticks[1::2], self.points[1::2]
+        self.ticks.append(tick)
+        self.points.append(position.copy())

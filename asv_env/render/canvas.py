@@ -1,4 +1,4 @@
-"""A surface to paint on, and pygame, which the other modules import from here."""
+"""A canvas to paint on, a window that shows it, and pygame, which others import from here."""
 
 import os
 from typing import Self
@@ -59,3 +59,51 @@ class Canvas:
         setattr(box, anchor, (FINE * where[0], FINE * where[1]))
         self.surface.blit(image, box)
         return image.get_width() / FINE
+
+
+class Window:
+    """A window of ``size`` px on the screen, opened with the first frame.
+
+    Attributes:
+        closed: whether ``close`` was called, or the user closed the window.
+    """
+
+    def __init__(self, size: tuple[int, int], title: str, fps: int) -> None:
+        self._size, self._title, self._fps = size, title, fps
+        self._clock = pygame.time.Clock()
+        self._surface: pygame.Surface | None = None
+        self.closed = False
+
+    def show(self, frame: pygame.Surface) -> None:
+        """Shows a frame, and waits until it is due.
+
+        Raises:
+            RuntimeError: there is no display.
+        """
+        self._surface = self._surface or self._opened()
+        for event in pygame.event.get():
+            escape = event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE
+            if event.type == pygame.QUIT or escape:
+                self.close()
+                return
+        self._surface.blit(frame, (0, 0))
+        pygame.display.flip()
+        self._clock.tick(self._fps)
+
+    def close(self) -> None:
+        """Closes the window. May be called again."""
+        self.closed = True
+        if self._surface is not None:
+            self._surface = None
+            pygame.display.quit()
+
+    def _opened(self) -> pygame.Surface:
+        try:
+            pygame.display.init()
+            surface = pygame.display.set_mode(self._size)
+        except pygame.error as error:
+            raise RuntimeError(
+                f"no window can be opened ({error}); render_mode='rgb_array' needs no display"
+            ) from error
+        pygame.display.set_caption(self._title)
+        return surface

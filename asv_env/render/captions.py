@@ -7,8 +7,7 @@ from asv_env.params import EnvParams
 from asv_env.render.backdrop import FLOW_LENGTH, paint_streamline
 from asv_env.render.canvas import Canvas
 from asv_env.render.colours import DIM, GOOD, HEADER, INK
-from asv_env.render.layout import Layout, round_number
-from asv_env.render.outlines import placed
+from asv_env.render.layout import Layout, placed, round_number
 from asv_env.types import State
 
 ROOMY = 440

@@ -1,12 +1,15 @@
 """The layout of a frame: which pixels a world, its bodies and the captions take."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from asv_env.params import EnvParams
+import numpy as np
+
+from asv_env.geometry import xy
+from asv_env.params import EnvParams, HullParams
 from asv_env.render.camera import Camera
-from asv_env.render.outlines import placed, vertices
 from asv_env.types import Complex, Float
 
 DESIGN = 800.0
@@ -61,8 +64,7 @@ class Layout:
     def boat(self) -> Complex:
         """Corners (n,) of a boat as it is drawn, in its own frame, m.
 
-        It grows backwards from the bow, so that the bow of a boat that pushes stays outside
-        the vessel.
+        It grows backwards, so that the bow of a boat that pushes stays outside the vessel.
         """
         shift = (self.enlarged - 1) * self.params.boat.length / 2
         return self.enlarged * vertices(self.params.boat.outline) - shift
@@ -81,3 +83,35 @@ def round_number(limit: float) -> float:
     """Returns the largest of 1, 2, 5 times a power of ten that is at most ``limit`` > 0."""
     decade = 10.0 ** math.floor(math.log10(limit) + 1e-9)
     return next(k * decade for k in (5.0, 2.0, 1.0) if k * decade <= limit * (1 + 1e-9))
+
+
+def placed(shape: Complex | Float, pose: Float) -> Complex:
+    """Returns the points (..., n) in the world of points (n,) of bodies with poses (..., >= 3)."""
+    turn = np.exp(1j * pose[..., 2])
+    return (pose[..., 0] + 1j * pose[..., 1])[..., None] + shape * turn[..., None]
+
+
+def outline(hull: HullParams, pose: Float) -> Float:
+    """Returns the corners (..., n, 2) of hulls at poses (..., 3), m."""
+    return xy(placed(vertices(hull.outline), pose))
+
+
+def vertices(corners: Sequence[tuple[float, float]]) -> Complex:
+    """Returns corners (n,) as complex numbers x + iy."""
+    return np.array(corners, dtype=np.float64).view(np.complex128)[:, 0]
+
+
+def inset(shape: Complex, margin: float) -> Complex:
+    """Returns a hull (n,) that is about ``margin`` m smaller on all sides."""
+    middle = (shape.real.max() + shape.real.min()) / 2
+    x, y = np.ptp(shape.real) / 2, np.ptp(shape.imag) / 2
+    along = middle + (shape.real - middle) * (1 - margin / x)
+    smaller: Complex = along + 1j * shape.imag * (1 - margin / y)
+    return smaller
+
+
+def bow(shape: Complex, taper: float) -> Complex:
+    """Returns the front ``taper`` m of a hull whose corners are ordered as ``boat_hull`` does."""
+    shoulder, tip = shape[4], shape[3]
+    corners = np.array([tip.real - taper + 1j * shoulder.imag, shoulder, tip])
+    return np.concatenate([corners, corners[::-1].conj()])

@@ -16,8 +16,7 @@ FASTEST_GIF = 50
 SAMPLES = 12
 """Number of frames from which the palette of a GIF is made."""
 RARITY = 0.5
-"""A colour's weight for the palette is its number of pixels to this power: with 1 nearly all
-colours would go to the water."""
+"""Power of a colour's number of pixels that is its weight: with 1 the palette were mostly water."""
 COLOURS = 255
 """Number of colours in the palette; one more stands for pixels that do not change."""
 QUALITY = 20
@@ -55,7 +54,7 @@ def save(
         raise FileExistsError(f"{path} exists; pass overwrite=True to replace it")
     checked = _checked(frames)
     path.parent.mkdir(parents=True, exist_ok=True)
-    (_save_gif if suffix == ".gif" else _save_mp4)(checked, path, fps)
+    {".gif": _save_gif, ".mp4": _save_mp4}[suffix](checked, path, fps)
     return path
 
 
@@ -78,21 +77,14 @@ def _save_gif(frames: list[Frame], path: Path, fps: float) -> None:
     from PIL import Image  # an extra
 
     palette = _palette(Image, frames)
-    indexed = [
-        Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
-        for frame in frames
-    ]
+    plain = Image.Dither.NONE
+    indexed = [Image.fromarray(frame).quantize(palette=palette, dither=plain) for frame in frames]
     # Whole hundredths of a second whose sum does not drift from the true time.
     times = np.round(100 * np.arange(len(frames) + 1) / fps).astype(int)
     durations = (10 * np.diff(times)).tolist()
-    indexed[0].save(
-        path,
-        format="GIF",
-        save_all=True,
-        append_images=indexed[1:],
-        duration=durations,
-        loop=0,
-        optimize=True,
+    first, *others = indexed
+    first.save(
+        path, "GIF", save_all=True, append_images=others, duration=durations, loop=0, optimize=True
     )
 
 
@@ -113,15 +105,10 @@ def _save_mp4(frames: list[Frame], path: Path, fps: float) -> None:
         raise ValueError(f"frames of {width} x {height} px: MP4 needs even sides")
     from imageio_ffmpeg import write_frames  # an extra
 
+    output = ["-crf", str(QUALITY), "-movflags", "+faststart"]
+    size = width, height
     writer = write_frames(
-        os.fspath(path),
-        (width, height),
-        pix_fmt_in="rgb24",
-        pix_fmt_out="yuv420p",
-        fps=fps,
-        codec="libx264",
-        macro_block_size=2,
-        output_params=["-crf", str(QUALITY), "-movflags", "+faststart"],
+        os.fspath(path), size, fps=fps, codec="libx264", macro_block_size=2, output_params=output
     )
     writer.send(None)
     try:

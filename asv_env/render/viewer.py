@@ -10,15 +10,15 @@ import numpy as np
 from asv_env.checks import choice
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.render.camera import Camera, Trail, first_box, next_box
-from asv_env.render.canvas import Canvas, pygame
+from asv_env.render import MODES, bodies
+from asv_env.render.backdrop import paint_backdrop
+from asv_env.render.camera import Box, Camera, Trail, first_box, next_box
+from asv_env.render.canvas import Canvas, Window, pygame
+from asv_env.render.captions import paint_header, paint_legend
 from asv_env.render.colours import WATER_BOTTOM, WATER_TOP
 from asv_env.render.layout import DESIGN, Layout
-from asv_env.render.scene import paint_moving, paint_still
-from asv_env.render.window import Window
 from asv_env.types import Float, Frame, State, rows
 
-MODES = ("rgb_array", "human")
 SMALLEST = 240
 """Smallest side of a frame, px."""
 TRAIL_POINTS = 8000
@@ -49,28 +49,22 @@ class Viewer:
     def __init__(
         self, params: EnvParams, mode: str = "rgb_array", size: tuple[int, int] = (800, 800)
     ) -> None:
-        self.params = params
+        self.params, self.size = params, _checked_size(size)
         self.mode = choice("render mode", mode, MODES)
-        self.size = _checked_size(size)
         text = max(12, round(21 * min(self.size) / DESIGN))
         self._band = round(1.6 * text)
-        self._water, self._still, self._canvas = (Canvas(self.size, text) for _ in range(3))
-        self._water.fill_gradient(WATER_TOP, WATER_BOTTOM)
+        self._still, self._canvas = Canvas(self.size, text), Canvas(self.size, text)
         self._frame = pygame.Surface(self.size, 0, 32)
         self._window = Window(self.size, f"asv-env: {params.task.name}", params.clock.control)
         self._last: tuple[int, int, Float] | None = None
 
     @property
     def closed(self) -> bool:
-        """Whether the window was closed; it stays closed, and ``draw`` does nothing any more."""
+        """Whether the window was closed; then ``draw`` does nothing any more."""
         return self._window.closed
 
     def draw(self, state: State, world: int = 0) -> Frame | None:
-        """Draws one world.
-
-        Args:
-            state: state of the simulation; only read.
-            world: row of the world.
+        """Draws a world of a state, which is only read.
 
         Returns:
             The frame (height, width, 3), or None in human mode.
@@ -82,8 +76,7 @@ class Viewer:
             return None
         shown = rows(state, world)
         self._follow(shown, world)
-        self._canvas.copy(self._still)
-        paint_moving(self._canvas, self._layout, shown, self._trail)
+        self._paint(shown)
         pygame.transform.smoothscale(self._canvas.surface, self.size, self._frame)
         if self.mode == "human":
             self._window.show(self._frame)
@@ -100,9 +93,8 @@ class Viewer:
         params = self.params
         goal = state.goal if params.definition.has_goal else None
         if self._begins(state, world):
-            bodies = 1 + params.num_boats
-            limit = min(1500, max(200, TRAIL_POINTS // bodies))
-            self._trail = Trail(bodies, 0.02 * params.vessel.length, limit)
+            limit = min(1500, max(200, TRAIL_POINTS // (1 + params.num_boats)))
+            self._trail = Trail(0.02 * params.vessel.length, limit)
             self._look(first_box(params, state.motion, goal))
         else:
             box = next_box(self._box, params, state.motion, goal)
@@ -119,14 +111,29 @@ class Viewer:
         differs = state.tick == last_tick and not np.array_equal(_poses(state), last_poses)
         return world != last_world or bool(state.tick < last_tick) or differs
 
-    def _look(self, box: tuple[complex, complex]) -> None:
+    def _look(self, box: Box) -> None:
         """Points the camera at a box of the world and paints what does not move."""
         width, height = self.size
         self._box = box
         self.camera = Camera.covering(box, 0, self._band, width, height - 2 * self._band)
         self._layout = Layout(self.params, self.camera, self.size, self._band)
-        self._still.copy(self._water)
-        paint_still(self._still, self._layout)
+        self._still.fill_gradient(WATER_TOP, WATER_BOTTOM)
+        paint_backdrop(self._still, self._layout)
+        paint_legend(self._still, self._layout)
+
+    def _paint(self, state: State) -> None:
+        """Paints what moves, from the water up, and the captions about it."""
+        canvas, layout, has_goal = self._canvas, self._layout, self.params.definition.has_goal
+        canvas.copy(self._still)
+        if has_goal:
+            bodies.paint_goal(canvas, layout, state.goal)
+        bodies.paint_trails(canvas, layout, state, self._trail)
+        bodies.paint_vessel(canvas, layout, state.motion[0])
+        if has_goal:
+            bodies.outline_goal(canvas, layout, state)
+        bodies.paint_slots(canvas, layout, state)
+        bodies.paint_boats(canvas, layout, state)
+        paint_header(canvas, layout, state)
 
 
 def _poses(state: State) -> Float:

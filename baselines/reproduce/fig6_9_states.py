@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from asv_env.params import EnvParams
-from asv_env.render.outlines import outline
+from asv_env.render.layout import outline
 from baselines.evaluate.report import palette
 from baselines.reproduce import sketch, style
 from baselines.reproduce.artefact import Job

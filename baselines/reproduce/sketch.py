@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from asv_env.geometry import xy
 from asv_env.params import EnvParams, HullParams
-from asv_env.render.outlines import outline, placed
+from asv_env.render.layout import outline, placed
 from asv_env.tasks import formation
 from asv_env.types import Float
 from baselines.evaluate.report import palette

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from asv_env.params import NOMINAL_LENGTH
-from asv_env.render.outlines import outline
+from asv_env.render.layout import outline
 from asv_env.types import Float
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report import bars, durations, maps, placement

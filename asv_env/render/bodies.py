@@ -1,13 +1,24 @@
-"""The hulls in a picture: the vessel with its fins and heading, the boats with their wash."""
+"""The bodies in a picture: vessel and goal, boats and their slots, trails of past positions."""
+
+from itertools import pairwise
 
 import numpy as np
 
+from asv_env.geometry import plane
 from asv_env.render import colours
+from asv_env.render.camera import Trail
 from asv_env.render.canvas import Canvas
+from asv_env.render.captions import at_goal
 from asv_env.render.colours import WATER, WHITE, Colour, boat_colour, mix
-from asv_env.render.layout import Layout
-from asv_env.render.outlines import bow, inset
+from asv_env.render.layout import Layout, bow, inset
 from asv_env.types import Float, State
+
+TRAIL_BANDS = 14
+"""Steps in which trails fade."""
+FADING = 0.35
+"""Time in which a trail fades, time limits of an episode."""
+FAINTEST = 0.35
+"""Share of its colour that the oldest part of a trail keeps."""
 
 
 def paint_vessel(canvas: Canvas, layout: Layout, pose: Float) -> None:
@@ -20,14 +31,13 @@ def paint_vessel(canvas: Canvas, layout: Layout, pose: Float) -> None:
     canvas.fill(layout.pixels(inset(layout.vessel, margin), pose), colours.DECK)
     if vessel.width * scale > 10 * unit:
         for across in (-1 / 6, 1 / 6):
-            reach = np.array([-0.48, 0.48]) * vessel.length
-            seam = reach + across * vessel.width * np.array([1j, 1j])
+            seam = np.array([-0.48, 0.48]) * vessel.length + across * vessel.width * 1j
             canvas.lines(layout.pixels(seam, pose), 1.1 * unit, colours.SEAM)
         _paint_fins(canvas, layout, pose)
-    paint_chevron(canvas, layout, pose, colours.KEEL)
+    _paint_chevron(canvas, layout, pose, colours.KEEL)
 
 
-def paint_chevron(canvas: Canvas, layout: Layout, pose: Float, colour: Colour) -> None:
+def _paint_chevron(canvas: Canvas, layout: Layout, pose: Float, colour: Colour) -> None:
     """Paints an arrow head along the vessel's heading: amidships, or ahead of a tiny vessel."""
     size, ahead = 0.3 * layout.params.vessel.width, 0.0
     smallest = 3.5 * layout.unit / layout.camera.scale
@@ -40,11 +50,11 @@ def paint_chevron(canvas: Canvas, layout: Layout, pose: Float, colour: Colour) -
 
 def _paint_fins(canvas: Canvas, layout: Layout, pose: Float) -> None:
     """Paints the crossed plates below both ends, as they shine through the deck."""
-    length, width = layout.params.vessel.length, layout.params.vessel.width
-    for end in (-1, 1):
-        root = end * (length / 2 - 0.16 * width)
+    width = layout.params.vessel.width
+    root = layout.params.vessel.length / 2 - 0.16 * width
+    for middle in (-root, root):
         for plate in (0.42j, 0.1 + 0j):
-            ends = layout.pixels(root + np.array([-plate, plate]) * width, pose)
+            ends = layout.pixels(middle + np.array([-plate, plate]) * width, pose)
             canvas.lines(ends, 0.06 * width * layout.camera.scale, colours.FIN)
 
 
@@ -52,6 +62,25 @@ def _cast_shadow(canvas: Canvas, layout: Layout, hull: Float) -> None:
     """Paints the shadow of a hull (n, 2) px."""
     depth = min(2.4 * layout.unit, 0.2 * layout.params.boat.width * layout.camera.scale)
     canvas.fill(hull + np.array([1.0, 1.5]) * depth, colours.SHADOW)
+
+
+def paint_goal(canvas: Canvas, layout: Layout, goal: Float) -> None:
+    """Paints a pale vessel at the goal (3,)."""
+    canvas.fill(layout.pixels(layout.vessel, goal), mix(WATER, WHITE, 0.17))
+    _paint_chevron(canvas, layout, goal, mix(WATER, WHITE, 0.6))
+
+
+def outline_goal(canvas: Canvas, layout: Layout, state: State) -> None:
+    """Paints dashes round the goal, green once the vessel has come there."""
+    colour = colours.GOOD if at_goal(layout.params, state) else WHITE
+    unit, scale = layout.unit, layout.camera.scale
+    width = min(max(2.4 * unit, 1.4), layout.params.vessel.width * scale / 4)
+    for start, end in zip(layout.vessel, np.roll(layout.vessel, -1), strict=True):
+        dashes = 2 * round(abs(end - start) / (9 * unit / scale) / 2) + 1
+        ends = layout.pixels(np.linspace(start, end, dashes + 1), state.goal)
+        for k in range(0, dashes, 2):
+            canvas.lines(ends[k : k + 2], 1.7 * width, colours.EDGE)
+            canvas.lines(ends[k : k + 2], width, colour)
 
 
 def paint_boats(canvas: Canvas, layout: Layout, state: State) -> None:
@@ -91,3 +120,29 @@ def _paint_cross(canvas: Canvas, layout: Layout, pose: Float) -> None:
     for diagonal in (1 + 1j, 1 - 1j):
         ends = layout.pixels(middle + reach * np.array([-diagonal, diagonal]), pose)
         canvas.lines(ends, 0.4 * reach * layout.camera.scale, colours.MARK)
+
+
+def paint_slots(canvas: Canvas, layout: Layout, state: State) -> None:
+    """Paints crosses in the boats' colours at the slots of the working boats."""
+    scale, unit = layout.camera.scale, layout.unit
+    reach = min(max(0.012 * scale, 4.5 * unit), 0.3 * layout.params.pitch * scale)
+    centres = layout.pixels(state.slot, state.motion[0])
+    for boat in np.flatnonzero(state.working).tolist():
+        for diagonal in ((reach, reach), (reach, -reach)):
+            ends = centres[boat] + np.array([[-1], [1]]) * diagonal
+            canvas.lines(ends, min(2.2 * unit, 0.6 * reach), boat_colour(boat))
+
+
+def paint_trails(canvas: Canvas, layout: Layout, state: State, trail: Trail) -> None:
+    """Paints the past positions of all bodies, fading with age."""
+    points = np.stack([*trail.points, plane(state.motion)])
+    ages = state.tick - np.array([*trail.ticks, state.tick])
+    fresh = np.maximum(FAINTEST, 1.0 - ages / (FADING * layout.params.time_limit_ticks))
+    band = np.minimum((fresh * TRAIL_BANDS).astype(int), TRAIL_BANDS - 1)
+    edges = np.unique([0, *(np.flatnonzero(np.diff(band)) + 1), len(points) - 1])
+    pixels = layout.camera.pixels(points.T)
+    for start, end in pairwise(edges):
+        share = 0.8 * (band[start] + 1) / TRAIL_BANDS
+        for body, line in enumerate(pixels[:, start : end + 1]):
+            width, colour = (3.6, colours.DECK) if body == 0 else (2.7, boat_colour(body - 1))
+            canvas.lines(line, width * layout.unit, mix(WATER, colour, share))
