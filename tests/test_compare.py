@@ -1,5 +1,7 @@
 """The comparison from Python: ``baselines.evaluate.compare``."""
 
+import importlib
+import sys
 from dataclasses import replace
 from functools import partial
 
@@ -150,3 +152,17 @@ def test_charts_are_drawn():
 def test_bad_input_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         compare(**{"policies": {"mine": Full}, "suite": SHORT, **QUIET, **arguments})
+
+
+def test_workers_import_a_module_as_it_is_now(tmp_path, monkeypatch):
+    """A module that is edited between two comparisons is not the old one in the second."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    text = "from test_compare import Full\nclass Mine(Full):\n    def __init__(self, params):\n"
+    efforts = []
+    for speed in ("0.0", "1.00"):
+        (tmp_path / "edited.py").write_text(f"{text}        super().__init__(params, {speed})\n")
+        monkeypatch.delitem(sys.modules, "edited", raising=False)
+        importlib.invalidate_caches()
+        found = compare({"mine": "edited:Mine"}, SHORT, 2, workers=2, progress=False)
+        efforts.append(found.table().loc[("short", "mine"), "effort"])
+    assert efforts[0] == 0.0 < efforts[1]

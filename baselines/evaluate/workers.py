@@ -10,6 +10,7 @@ What joblib does not do is done here:
   a batch of episodes that all begin together.
 * Workers end with the process that started them, even if that was killed.
 * Ctrl-C is left to that process: workers do not hear it.
+* Workers end with the comparison: those of the next one import modules as they are then.
 * A single worker is this process itself, which needs no batches.
 """
 
@@ -26,6 +27,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from joblib import Parallel, delayed, effective_n_jobs, parallel_config
+from joblib.externals.loky import get_reusable_executor
 from joblib.externals.loky.process_executor import BrokenProcessPool
 from joblib.parallel import LokyBackend, get_active_backend
 
@@ -137,9 +139,13 @@ def _run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
             pool = Parallel(n_jobs=min(workers, len(tasks)), **options)
     else:
         pool = Parallel(**options)
-    for key, logs in pool(tasks):
-        for log in logs:
-            yield key, log
+    try:
+        for key, logs in pool(tasks):
+            for log in logs:
+                yield key, log
+    finally:
+        if local:
+            get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
 
 
 def _run_batch(job: Job, parent: int) -> tuple[RunKey, list[PoseLog]]:
