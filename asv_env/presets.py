@@ -35,20 +35,9 @@ from asv_env.tasks import TASKS, Task
 Overrides = Mapping[str, Mapping[str, Any]]
 """Fields that differ, by section."""
 
-NOISE = {
-    "position_noise": 0.01,
-    "heading_noise": 0.05,
-    "speed_noise": 0.01,
-    "yaw_rate_noise": 0.1,
-}
+NOISE = {"position_noise": 0.01, "heading_noise": 0.05, "speed_noise": 0.01, "yaw_rate_noise": 0.1}
 GYRE = {"current": "double_gyre", "current_speed": 0.02}
-MISMATCH = {
-    "thrust": 0.15,
-    "lag": (0.05, 0.3),
-    "drag": 0.3,
-    "mass": 0.2,
-    "friction": (0.1, 0.6),
-}
+MISMATCH = {"thrust": 0.15, "lag": (0.05, 0.3), "drag": 0.3, "mass": 0.2, "friction": (0.1, 0.6)}
 
 SCENARIOS: Registry[Overrides] = Registry(
     "scenario",
@@ -66,12 +55,7 @@ SCENARIOS: Registry[Overrides] = Registry(
 HULLS: Registry[Mapping[str, Any]] = Registry("hull", {"nominal": {}, "no-fins": {"fins": 0.0}})
 """Hulls by name, for the options ``vessel`` and ``boat``."""
 
-TANK = {
-    "arena": 1.5,
-    "start_distance": (0.5, 1.4),
-    "goal_distance": (0.4, 1.0),
-}
-
+TANK = {"arena": 1.5, "start_distance": (0.5, 1.4), "goal_distance": (0.4, 1.0)}
 PRESETS: Registry[Overrides] = Registry(
     "preset",
     {
@@ -222,9 +206,8 @@ def _merged(base: Any, section: str, layers: tuple[Mapping[str, Any], ...]) -> A
             base = override
         else:
             changes = _as_mapping(override, section)
-            known = [f.name for f in fields(base)]
             for name in changes:
-                choice(f"{section} parameter", name, known)
+                choice(f"{section} parameter", name, [f.name for f in fields(base)])
             if {"length", "width", "mass"} & changes.keys() and isinstance(base, HullParams):
                 changes.setdefault("inertia", None)  # It follows from what is given.
             base = replace(base, **changes)

@@ -49,8 +49,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
         Raises:
             UnknownNameError: the name is not registered.
-            ValueError: the module has no such attribute.
-            ImportError: there is no such module.
+            ValueError, ImportError: see ``load``.
         """
         if not isinstance(word, str):
             return word

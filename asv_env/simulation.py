@@ -50,16 +50,10 @@ class Simulation:
             curriculum.
 
     Attributes:
-        params: Parameters of the environment.
-        num_worlds: W.
         state: True state; not to be written to.
         relations: Relations of the true motion.
         ending: How the worlds stood after the last step.
     """
-
-    state: State
-    relations: Relations
-    ending: Ending
 
     def __init__(
         self,
@@ -77,6 +71,7 @@ class Simulation:
         self._initial_states = initial_states or self._task.initial_states
         self._dynamics = Dynamics(params, num_worlds, worlds_per_space)
         self._sensors = Sensors(params, num_worlds)
+        self._features = observation.features(params)
         self._rngs: dict[int, np.random.Generator] = {}
         self._failure_tick = np.full((num_worlds, params.num_boats), metrics.NEVER)
         self._steps_over = np.full(num_worlds, 2)
@@ -105,8 +100,6 @@ class Simulation:
         self._occupied = formation.occupied(self.relations, self.params.task)
         self._potentials = self._potentials_of(self.relations, self.state)
         self._tally = metrics.fresh(self.relations, self.state)
-
-    # ------------------------------------------------------------------ episodes
 
     def reset(
         self,
@@ -149,10 +142,7 @@ class Simulation:
             return np.arange(self.num_worlds)
         mask = np.asarray(mask)
         if mask.shape != (self.num_worlds,) or mask.dtype != np.bool_:
-            raise ValueError(
-                f"mask of shape {mask.shape} and type {mask.dtype}: must be bool of shape "
-                f"({self.num_worlds},)"
-            )
+            raise ValueError(f"mask {mask!r}: must be bool of shape ({self.num_worlds},)")
         return np.flatnonzero(mask)
 
     def _seed(self, index: np.ndarray, seeds: Sequence[int | None]) -> None:
@@ -168,7 +158,7 @@ class Simulation:
 
     def _begin(self, world: int, goal: Float | None) -> None:
         """Places one world at the beginning of an episode."""
-        state, task = self.state, self.params.task
+        state, grasped = self.state, self._task.starts_grasped
         start = self._initial_states(self.params, self._rngs[world], goal)
         self._dynamics.place(world, start)
         self._failure_tick[world] = start.failure_tick
@@ -180,17 +170,13 @@ class Simulation:
         state.working[world] = True
         state.touching[world] = False
         state.side[world] = start.side
-        state.closed[world] = self._task.starts_grasped
-        state.anchored[world] = task.goal_anchor == "world" or self._task.starts_grasped
+        state.closed[world] = grasped
+        state.anchored[world] = grasped or self.params.task.goal_anchor == "world"
         self._assign(world)
 
     def _assign(self, world: int) -> None:
-        state = self.state
-        state.slot[world] = formation.assign_slots(
-            self.params, state.motion[world], state.working[world], state.side[world]
-        )
-
-    # ------------------------------------------------------------------ steps
+        slot, state = self.state.slot, rows(self.state, world)
+        slot[world] = formation.assign_slots(self.params, state.motion, state.working, state.side)
 
     def step(self, action: Any) -> TimeStep:
         """Advances every world by one control step.
@@ -305,8 +291,6 @@ class Simulation:
     def _potentials_of(self, relations: Relations, state: State) -> Float:
         return reward.potentials(self._task.reward, relations, state, self.params)
 
-    # ------------------------------------------------------------------ what is known
-
     @property
     def sensed(self) -> Sensed:
         """What the boats know now: the input of every policy."""
@@ -332,7 +316,7 @@ class Simulation:
         if not self.params.sensors.exact:
             relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
             occupied = formation.occupied(relations, self.params.task)
-        return observation.observe(sensed, relations, occupied, self.params)
+        return observation.observe(self._features, sensed, relations, occupied, self.params)
 
     def summary(self) -> dict[str, Any]:
         """Returns the metrics of the episodes so far, each (W,); see ``metrics.summary``."""

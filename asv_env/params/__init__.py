@@ -13,22 +13,7 @@ from asv_env.params.surroundings import (
 from asv_env.params.task_params import GOAL_ANCHORS, SIDES, RewardParams, TaskParams
 
 __all__ = [
-    "ACTION_MODES",
-    "CURRENTS",
-    "GOAL_ANCHORS",
-    "NOMINAL_LENGTH",
-    "SIDES",
-    "SMALLEST_CAGE",
-    "TINY",
-    "BoatParams",
-    "ClockParams",
-    "EnvParams",
-    "HullParams",
-    "RewardParams",
-    "SensorParams",
-    "TaskParams",
-    "VariationParams",
-    "VesselParams",
-    "WaterParams",
-    "check_num_boats",
-]
+    "ACTION_MODES", "CURRENTS", "GOAL_ANCHORS", "NOMINAL_LENGTH", "SIDES", "SMALLEST_CAGE", "TINY",
+    "BoatParams", "ClockParams", "EnvParams", "HullParams", "RewardParams", "SensorParams",
+    "TaskParams", "VariationParams", "VesselParams", "WaterParams", "check_num_boats",
+]  # fmt: skip

@@ -66,12 +66,7 @@ class HullParams:
         return dry + self.added_inertia
 
     def linearised(self, speed: float, yaw_rate: float) -> Self:
-        """Returns the same hull with linear drag that equals the full drag at one speed.
-
-        Args:
-            speed: Speed at which surge and sway drag agree, m/s.
-            yaw_rate: Yaw rate at which the drag moments agree, rad/s.
-        """
+        """Returns the hull with linear drag, that of the full one at a speed, m/s, and yaw rate."""
 
         def linear(pair: tuple[float, float], at: float) -> tuple[float, float]:
             return (pair[0] + pair[1] * at, 0.0)

@@ -26,19 +26,12 @@ MOTION_BOUND = (*POSE_BOUND, FASTEST, FASTEST, FASTEST)
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the global state.
+    """A part of the global state."""
 
-    Attributes:
-        name: what it describes.
-        bound: largest magnitude of each of its scaled values, which are clipped to it.
-        values: function (State, EnvParams) -> (W, n, values), scaled.
-        per_boat: whether n is the number of boats; else it is 1.
-    """
-
-    name: str
-    bound: tuple[float, ...]
-    values: Callable[[State, EnvParams], Float | Bool]
-    per_boat: bool = False
+    name: str  # what it describes
+    bound: tuple[float, ...]  # largest magnitude of each of its values, which are clipped to it
+    values: Callable[[State, EnvParams], Float | Bool]  # to (W, n, values), scaled
+    per_boat: bool = False  # whether n is the number of boats, not 1
 
 
 def _pose(pose: Float, params: EnvParams) -> list[Float]:
@@ -56,12 +49,6 @@ def _motion(motion: Float, params: EnvParams) -> Float:
     return np.stack([*_pose(motion, params), *velocity, motion[..., 5] / FULL_YAW_RATE], axis=-1)
 
 
-def _slots(state: State, params: EnvParams) -> Float:
-    """Returns slots in the vessel's frame; that of a failed boat may lie anywhere in the arena."""
-    slot = state.slot / params.task.arena
-    return xy(slot)
-
-
 def _task(state: State, params: EnvParams) -> Float:
     flags = [state.side, state.closed, state.anchored, state.occupied_ticks / hold_ticks(params)]
     return np.stack(flags, axis=-1)[:, None]
@@ -76,7 +63,8 @@ PARTS = (
     Part("goal", POSE_BOUND, _goal),
     Part("side, closure, goal final, fraction of the hold time", (1.0,) * 4, _task),
     Part("motion of the boats", MOTION_BOUND, lambda s, p: _motion(s.motion[:, 1:], p), True),
-    Part("slots of the boats", (2 * REACH, 2 * REACH), _slots, True),
+    # In the vessel's frame; the slot of a failed boat may lie anywhere in the arena.
+    Part("slots", (2 * REACH, 2 * REACH), lambda s, p: xy(s.slot / p.task.arena), True),
     Part("thrust", (1.0, 1.0), _thrust, True),
     Part("touching the vessel, another hull", (1.0, 1.0), lambda s, p: s.touching, True),
     Part("thrusters work", (1.0,), lambda s, p: s.working[..., None], True),
@@ -94,8 +82,7 @@ def global_state(state: State, params: EnvParams) -> Observation:
 
     First come the vessel, the goal and the task, then each part that has values for all boats.
     """
-    worlds = len(state.goal)
-    parts = [part.values(state, params).reshape(worlds, -1) for part in PARTS]
+    parts = [part.values(state, params).reshape(len(state.goal), -1) for part in PARTS]
     values = np.concatenate(parts, axis=1, dtype=np.float32)
     bound = global_state_bound(params.num_boats)
     return np.clip(values, -bound, bound)

@@ -16,8 +16,7 @@ import numpy as np
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.registry import Registry
-from asv_env.sensing.neighbours import NEIGHBOURS, nearest_boats
-from asv_env.sensing.view import View
+from asv_env.sensing.view import NEIGHBOURS, View, nearest_boats
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Float, Observation, Sensed
 
@@ -37,6 +36,8 @@ VERSION = 2
 """Version of what the features mean; it grows wherever a trained policy would be misled."""
 LENGTH = None
 """Scale of features in vessel lengths."""
+Value = Callable[[View], np.ndarray]
+"""From a view to (W, A) or (W, 1) for one column, complex x + iy for two, or (W, A, n) for n."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,30 +46,25 @@ class Feature:
 
     Attributes:
         name: Name of the feature.
-        value: Function of a view to (W, A) or (W, 1) for one column, complex x + iy for two, or
-            (W, A, n) for n; SI units.
+        value: Function that computes it, SI units.
         scale: Scales by which the columns are divided; ``LENGTH`` is the vessel's length.
         bound: Bounds to which the scaled columns are clipped, on both sides.
         columns: Names of the columns, where they are not the feature's.
     """
 
     name: str
-    value: Callable[[View], np.ndarray]
+    value: Value
     scale: tuple[float | None, ...]
     bound: tuple[float, ...]
     columns: tuple[str, ...] = ()
 
 
-def scalar(
-    name: str, scale: float | None, bound: float, value: Callable[[View], np.ndarray]
-) -> Feature:
+def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:
     """Returns a feature of one column."""
     return Feature(name, value, (scale,), (bound,), (name,))
 
 
-def vector(
-    name: str, scale: float | None, bound: float, value: Callable[[View], np.ndarray]
-) -> Feature:
+def vector(name: str, scale: float | None, bound: float, value: Value) -> Feature:
     """Returns a feature of two columns, x and y."""
     return Feature(name, value, (scale,) * 2, (bound,) * 2, (f"{name}_x", f"{name}_y"))
 
@@ -160,26 +156,18 @@ BOUND = bounds(DEFAULT)
 """(K,) largest magnitudes of the columns of the default observation."""
 
 
-def observe(sensed: Sensed, relations: Relations, occupied: Bool, params: EnvParams) -> Observation:
-    """Returns the observations (W, A, K) of all boats, float32, within their bounds.
-
-    Args:
-        sensed: What the boats measure.
-        relations: Relations of ``sensed.estimate``.
-        occupied: (W, A) whether each boat occupies its slot, by these relations.
-        params: Parameters of the environment.
-    """
-    return observe_features(features(params), sensed, relations, occupied, params)
-
-
-def observe_features(
+def observe(
     features: tuple[Feature, ...],
     sensed: Sensed,
     relations: Relations,
     occupied: Bool,
     params: EnvParams,
 ) -> Observation:
-    """Returns observations (W, A, K) of some features; see ``observe``."""
+    """Returns some features (W, A, K) of what is sensed, float32, within their bounds.
+
+    ``relations`` are those of ``sensed.estimate``, and ``occupied`` (W, A) tells which boats
+    occupy their slots by them.
+    """
     view = View.of(sensed, relations, occupied, params)
     bound = bounds(features)
     values = np.zeros((*sensed.slot.shape, len(bound)))

@@ -95,13 +95,8 @@ class Sensors:
 def corrected(predicted: Float, measured: Float, gain: Float) -> tuple[Float, Float]:
     """Returns a predicted motion, corrected by its measurement, and the innovation.
 
-    Args:
-        predicted: (..., 6) motion.
-        measured: (..., 6) motion.
-        gain: (..., 2, 2, 3) gain of (pose, rate) to the innovation of (pose, rate), by axis.
-
-    Returns:
-        (..., 6) corrected motion, heading wrapped; (..., 6) innovation.
+    Motions and innovation are (..., 6); the gain (..., 2, 2, 3) is that of (pose, rate) to the
+    innovation of (pose, rate), by axis.
     """
     innovation = measured - predicted
     innovation[..., 2] = wrap(innovation[..., 2])
@@ -129,5 +124,4 @@ def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: f
     measured = np.diag(np.square(np.maximum([pose_noise, rate_noise], NO_NOISE)))
     drift = (acceleration * dt) ** 2 * np.array([[dt**2 / 3, dt / 2], [dt / 2, 1.0]])
     predicted = solve_discrete_are(transition.T, np.eye(2), drift, measured)
-    gain: Float = np.linalg.solve(predicted + measured, predicted).T
-    return gain
+    return np.linalg.solve(predicted + measured, predicted).T

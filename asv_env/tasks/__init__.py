@@ -16,13 +16,6 @@ TASKS: Registry[Task] = Registry("task", {task.name: task for task in (APPROACH,
 """Tasks by name; ``TASKS.register(task.name, task)`` adds one's own."""
 
 __all__ = [
-    "APPROACH",
-    "PUSH",
-    "TASKS",
-    "TRANSPORT",
-    "InitialStates",
-    "Metric",
-    "Task",
-    "Term",
+    "APPROACH", "PUSH", "TASKS", "TRANSPORT", "InitialStates", "Metric", "Task", "Term",
     "Transition",
-]
+]  # fmt: skip

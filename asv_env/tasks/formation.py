@@ -27,8 +27,7 @@ def slots(params: EnvParams, team: int) -> Complex:
     vessel, boat = params.vessel, params.boat
     standoff = 1j * (vessel.width + boat.length) / 2
     if team < SMALLEST_CAGE:
-        inner: Complex = vessel.length * ((np.arange(team) + 1) / (team + 1) - 0.5) + standoff
-        return inner
+        return vessel.length * ((np.arange(team) + 1) / (team + 1) - 0.5) + standoff
     points: Complex = vessel.length * (np.arange(team) / (team - 1) - 0.5) + standoff
     end = (vessel.length + boat.width) / 2 + params.task.end_gap
     points[0], points[-1] = -end, end
@@ -37,35 +36,27 @@ def slots(params: EnvParams, team: int) -> Complex:
 
 def slot_direction(side: Float) -> Complex:
     """Returns the direction (...,) in which boats in their slots point: across the vessel."""
-    across: Complex = -1j * side
-    return across
+    return -1j * side
 
 
 def assign(boats: Complex, points: Complex) -> np.ndarray:
-    """Assigns points to boats so that the total distance is least.
+    """Returns the index (A,) of the point for each boat, so that the total distance is least.
 
-    Args:
-        boats: (A,) positions, m.
-        points: (A,) slots in the same frame, m.
-
-    Returns:
-        (A,) index into ``points``.
+    Boats (A,) and points (A,) are positions in the same frame, m.
     """
     return linear_sum_assignment(np.abs(boats[:, None] - points[None, :]))[1]
 
 
-def assign_slots(params: EnvParams, motion: Float, working: Bool, side: float) -> Complex:
-    """Assigns the slots of one world; boats that have failed get none.
+def assign_slots(params: EnvParams, motion: Float, working: Bool, side: Float | float) -> Complex:
+    """Returns the slots (A,) of one world's boats, vessel frame, m, assigned to the working ones.
+
+    They are those of a team of the working boats; a boat that has failed keeps its place.
 
     Args:
         params: Parameters of the environment.
         motion: (B, 6) motion of the world.
         working: (A,) whether each boat's thrusters work.
         side: Side from which the vessel is pushed, +1 or -1.
-
-    Returns:
-        (A,) slots in the vessel's frame, those of a team of the working boats, m; a boat that
-        does not work keeps its place.
     """
     boats = (plane(motion)[1:] - plane(motion)[0]) * np.exp(-1j * motion[0, 2])
     slot = boats.copy()
@@ -78,37 +69,21 @@ def assign_slots(params: EnvParams, motion: Float, working: Bool, side: float) -
 
 @dataclass
 class Relations:
-    """Relations of vessel, boats, slots and goal, derived from a motion.
+    """Relations of vessel, boats, slots and goal, derived from a motion."""
 
-    Attributes:
-        position: (W, B) positions of the bodies, world frame, m.
-        velocity: (W, B) velocities of the bodies, world frame, m/s.
-        heading: (W, B) unit vectors along the hulls, world frame.
-        yaw_rate: (W, B) yaw rates of the bodies, rad/s.
-        boat: (W, A) positions of the boats, vessel frame, m.
-        slot_gap: (W, A) vector from each boat to its slot, vessel frame, m.
-        slot_error: (W, A) distance of each boat to its slot, m.
-        alignment: (W, A) direction of each boat relative to that of its slot, unit vectors.
-        slip: (W, A) velocity of each boat relative to the hull, world frame, m/s.
-        goal: (W,) position of the goal, vessel frame, m.
-        goal_turn: (W,) direction of the goal relative to that of the vessel, unit vectors.
-        goal_error: (W,) distance of the vessel to the goal, m.
-        heading_error: (W,) heading of the vessel minus that of the goal, rad.
-    """
-
-    position: Complex
-    velocity: Complex
-    heading: Complex
-    yaw_rate: Float
-    boat: Complex
-    slot_gap: Complex
-    slot_error: Float
-    alignment: Complex
-    slip: Complex
-    goal: Complex
-    goal_turn: Complex
-    goal_error: Float
-    heading_error: Float
+    position: Complex  # (W, B) of the bodies, world frame, m
+    velocity: Complex  # (W, B) of the bodies, world frame, m/s
+    heading: Complex  # (W, B) unit vectors along the hulls, world frame
+    yaw_rate: Float  # (W, B) of the bodies, rad/s
+    boat: Complex  # (W, A) positions of the boats, vessel frame, m
+    slot_gap: Complex  # (W, A) vector from each boat to its slot, vessel frame, m
+    slot_error: Float  # (W, A) distance of each boat to its slot, m
+    alignment: Complex  # (W, A) direction of each boat relative to that of its slot, unit vectors
+    slip: Complex  # (W, A) velocity of each boat relative to the hull, world frame, m/s
+    goal: Complex  # (W,) position of the goal, vessel frame, m
+    goal_turn: Complex  # (W,) direction of the goal relative to that of the vessel, unit vectors
+    goal_error: Float  # (W,) distance of the vessel to the goal, m
+    heading_error: Float  # (W,) heading of the vessel minus that of the goal, rad
 
 
 def relate(motion: Float, goal: Float, slot: Complex, side: Float) -> Relations:

@@ -1,6 +1,6 @@
 """Metrics of episodes, accumulated tick by tick from the true state."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,29 +15,17 @@ NEVER = -1
 
 @dataclass
 class Tallies:
-    """Running totals of the episodes, by world.
+    """Running totals of the episodes, by world."""
 
-    Attributes:
-        closure_tick: (W,) tick at which closure was first formed; -1 not yet.
-        arrival_tick: (W, A) tick at which each boat first occupied its slot; -1 not yet.
-        closure_lost: (W,) number of times that closure was lost.
-        min_position_error: (W,) smallest distance of the vessel to its goal, m.
-        heading_error_at_min: (W,) signed heading error at that instant, rad.
-        path_length: (W,) length of the path of the vessel's centre, m.
-        effort: (W,) time at full thrust, averaged over all motors, s.
-        collisions: (W,) number of times that a boat began to touch another boat or a wall.
-        episode_return: (W,) sum over the ticks of the boats' mean reward.
-    """
-
-    closure_tick: Int
-    arrival_tick: Int
-    closure_lost: Int
-    min_position_error: Float
-    heading_error_at_min: Float
-    path_length: Float
-    effort: Float
-    collisions: Int
-    episode_return: Float
+    closure_tick: Int  # (W,) at which closure was first formed, or NEVER
+    arrival_tick: Int  # (W, A) at which each boat first occupied its slot, or NEVER
+    closure_lost: Int  # (W,) number of times that closure was lost
+    min_position_error: Float  # (W,) smallest distance of the vessel to its goal, m
+    heading_error_at_min: Float  # (W,) signed heading error at that instant, rad
+    path_length: Float  # (W,) length of the path of the vessel's centre, m
+    effort: Float  # (W,) time at full thrust, averaged over all motors, s
+    collisions: Int  # (W,) number of times that a boat began to touch a boat or a wall
+    episode_return: Float  # (W,) sum over the ticks of the boats' mean reward
 
 
 def fresh(relations: Relations, state: State) -> Tallies:
@@ -57,7 +45,7 @@ def fresh(relations: Relations, state: State) -> Tallies:
 
 
 def restart_errors(tally: Tallies, relations: Relations, index: np.ndarray) -> None:
-    """Forgets the errors of worlds ``index`` (n,) whose goal has changed."""
+    """Takes the present errors in worlds ``index`` (n,), or a mask (W,), for the smallest."""
     tally.min_position_error[index] = relations.goal_error[index]
     tally.heading_error_at_min[index] = relations.heading_error[index]
 
@@ -73,36 +61,23 @@ def update(
 ) -> None:
     """Adds one control tick, in place.
 
-    Args:
-        tally: Running totals.
-        previous: True state before the tick.
-        state: True state after the tick.
-        relations: True relations after the tick.
-        occupied: (W, A) whether each boat occupies its slot.
-        reward: (W, A) reward of the tick.
-        params: Parameters of the environment.
+    The true state is ``previous`` before the tick and ``state`` after it; ``occupied`` (W, A)
+    tells which boats occupy their slots, ``reward`` (W, A) is that of the tick.
     """
     if occupied.any() or previous.closed.any():
-        _update_closure(tally, previous, state, occupied)
+        first = (tally.closure_tick < 0) & state.closed
+        tally.closure_tick = np.where(first, state.tick, tally.closure_tick)
+        first = (tally.arrival_tick < 0) & occupied
+        tally.arrival_tick = np.where(first, state.tick[:, None], tally.arrival_tick)
+        tally.closure_lost += previous.closed > state.closed
     nearer = relations.goal_error < tally.min_position_error
-    tally.min_position_error = np.minimum(relations.goal_error, tally.min_position_error)
-    tally.heading_error_at_min = np.where(
-        nearer, relations.heading_error, tally.heading_error_at_min
-    )
+    restart_errors(tally, relations, nearer)
     tally.path_length += np.abs(plane(state.motion[:, 0]) - plane(previous.motion[:, 0]))
     full = params.boat.thrust * params.clock.control * state.thrust[0].size
     tally.effort += np.add.reduce(np.abs(state.thrust), axis=(1, 2)) / full
     bumps = state.touching[..., 1] > previous.touching[..., 1]
     tally.collisions += np.add.reduce(bumps, axis=1)
     tally.episode_return += np.add.reduce(reward, axis=1) / reward.shape[1]
-
-
-def _update_closure(tally: Tallies, previous: State, state: State, occupied: Bool) -> None:
-    tick, closed = state.tick, state.closed
-    tally.closure_tick = np.where((tally.closure_tick < 0) & closed, tick, tally.closure_tick)
-    first = (tally.arrival_tick < 0) & occupied
-    tally.arrival_tick = np.where(first, tick[:, None], tally.arrival_tick)
-    tally.closure_lost += previous.closed > closed
 
 
 def summary(
@@ -117,22 +92,15 @@ def summary(
     arrived = (tally.arrival_tick >= 0).all(axis=1)
     spread = tally.arrival_tick.max(axis=1) - tally.arrival_tick.min(axis=1)
     closed = tally.closure_tick >= 0
-    timed = {
-        "time_to_closure": np.where(closed, tally.closure_tick / hz, np.nan),
-        "closure_spread": np.where(arrived, spread / hz, np.nan),
-        "time_to_goal": np.where(ending.reached, state.tick / hz, np.nan),
-    }
-    tallied = {
-        f.name: getattr(tally, f.name)
-        for f in fields(tally)
-        if f.name not in ("closure_tick", "arrival_tick")
-    }
+    tallied = {name: total for name, total in vars(tally).items() if not name.endswith("_tick")}
     return {
         "is_success": ending.reached,
         "strayed": ending.strayed,
         "position_error": relations.goal_error,
         "heading_error": relations.heading_error,
-        **timed,
+        "time_to_closure": np.where(closed, tally.closure_tick / hz, np.nan),
+        "closure_spread": np.where(arrived, spread / hz, np.nan),
+        "time_to_goal": np.where(ending.reached, state.tick / hz, np.nan),
         **tallied,
         **{one.name: one.value(state, relations, params) for one in params.definition.metrics},
     }

@@ -99,19 +99,17 @@ class Term:
 def closeness_to_slots(relations: Relations, state: State, params: EnvParams) -> Float:
     """Minus the mean distance of the working boats to their slots, vessel lengths."""
     total = np.add.reduce(relations.slot_error * state.working, axis=1)
-    mean: Float = total / (-params.vessel.length * np.add.reduce(state.working, axis=1))
-    return mean
+    return total / (-params.vessel.length * np.add.reduce(state.working, axis=1))
 
 
 def closeness_to_goal(relations: Relations, state: State, params: EnvParams) -> Float:
     """Minus the cost-to-go, vessel lengths."""
-    length = params.vessel.length
-    return cost_to_go(relations, state.side, length / NOMINAL_LENGTH) / -length
+    size = params.vessel.length / NOMINAL_LENGTH
+    return cost_to_go(relations, state.side, size) / -params.vessel.length
 
 
 def precision(relations: Relations, state: State, params: EnvParams) -> Float:
     """Gaussian round the goal pose; 1 at the goal."""
-    del state
     return _gaussian(relations, params, *GAUSSIAN)
 
 
@@ -133,14 +131,12 @@ def cost_to_go(relations: Relations, side: Float, size: float) -> Float:
     bearing = np.arctan2(ahead.imag, ahead.real)
     turns = np.abs(bearing) + np.abs(wrap(turn - bearing))
     straight = SIDEWAYS * distance + size * HEADING_WEIGHT * np.abs(turn)
-    shortest: Float = np.minimum(distance + size * HEADING_WEIGHT * turns, straight)
-    return shortest
+    return np.minimum(distance + size * HEADING_WEIGHT * turns, straight)
 
 
 def success(now: Transition) -> Float:
     """Reward (W,) of the tick at which the task is done."""
-    reward: Float = now.params.reward.success * now.ending.reached
-    return reward
+    return now.params.reward.success * now.ending.reached
 
 
 def accurate_success(now: Transition) -> Float:
@@ -155,8 +151,7 @@ def accurate_success(now: Transition) -> Float:
 def strayed(now: Transition) -> Float:
     """Penalty (W,) for leaving the arena, with that of the time that was left."""
     weight, ticks_left = now.params.reward, now.params.time_limit_ticks - now.state.tick
-    penalty: Float = now.ending.strayed * (-weight.strayed - weight.time * now.second * ticks_left)
-    return penalty
+    return now.ending.strayed * (-weight.strayed - weight.time * now.second * ticks_left)
 
 
 def time(now: Transition) -> Float:
@@ -166,16 +161,13 @@ def time(now: Transition) -> Float:
 
 def effort(now: Transition) -> Float:
     """Penalty (W, A) of thrust."""
-    params = now.params
-    squares = np.add.reduce(np.square(now.state.thrust), axis=-1)
-    penalty: Float = squares * (-0.5 * params.reward.effort * now.second / params.boat.thrust**2)
-    return penalty
+    params, squares = now.params, np.add.reduce(np.square(now.state.thrust), axis=-1)
+    return squares * (-0.5 * params.reward.effort * now.second / params.boat.thrust**2)
 
 
 def collision(now: Transition) -> Float:
     """Penalty (W, A) of contact with another boat or a wall."""
-    penalty: Float = -now.params.reward.collision * now.second * now.state.touching[..., 1]
-    return penalty
+    return -now.params.reward.collision * now.second * now.state.touching[..., 1]
 
 
 TERMS = (
@@ -212,11 +204,7 @@ def weighted(
 ) -> dict[str, Float]:
     """Returns the weighted terms of one control tick by name, (W, 1) shared or (W, A) per boat.
 
-    Args:
-        terms: Table of rewards.
-        before: (W, P) potentials before the tick.
-        after: (W, P) potentials after the tick.
-        now: The transition.
+    The potentials ``before`` and ``after`` the tick are (W, P); see ``potentials``.
     """
     rises = iter(np.minimum(np.maximum(after - before, -LARGEST_STEP), LARGEST_STEP).T)
     values: dict[str, Float] = {}

@@ -15,18 +15,12 @@ TRIES = 10_000
 
 
 def sample(params: EnvParams, rng: np.random.Generator, goal: Float | None = None) -> InitialState:
-    """Samples the beginning of an episode from the task's distribution.
-
-    Args:
-        params: Parameters of the environment.
-        rng: Generator of the world.
-        goal: (3,) goal pose that replaces the sampled one, m, m, rad.
+    """Samples the beginning of an episode; a goal pose (3,), m, m, rad, replaces the sampled one.
 
     Raises:
         ValueError: the boats do not fit between the distances, or no goal is allowed.
     """
-    start: InitialState = params.definition.initial_states(params, rng, goal)
-    return start
+    return params.definition.initial_states(params, rng, goal)
 
 
 def scattered(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> InitialState:
@@ -34,44 +28,35 @@ def scattered(params: EnvParams, rng: np.random.Generator, goal: Float | None) -
 
     The vessel lies at the origin with heading 0.
     """
-    goal, side = _goal_and_side(params, rng, goal)
+    goal = _goal(params, rng, goal)
     motion = np.zeros((1 + params.num_boats, 6))
     boats, headings = _scattered(params, rng)
     motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
-    return InitialState(motion, goal, side, **_variation(params, rng))
+    return InitialState(motion, goal, _side(params, goal), **_variation(params, rng))
 
 
 def in_slots(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> InitialState:
     """Samples an episode whose boats begin in their slots; see ``sample``."""
-    goal, side = _goal_and_side(params, rng, goal)
-    motion = np.zeros((1 + params.num_boats, 6))
+    goal = _goal(params, rng, goal)
+    motion, side = np.zeros((1 + params.num_boats, 6)), _side(params, goal)
     put_into_slots(motion, params, side)
     return InitialState(motion, goal, side, **_variation(params, rng))
 
 
 def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
-    """Places the boats in their slots, bows to the vessel, in place.
+    """Places boats in their slots, bows to the vessel at the origin, in a motion (B, 6), in place.
 
-    Args:
-        motion: (B, 6) motion of the vessel, at the origin with heading 0, and the boats.
-        params: Parameters of the environment.
-        side: Side of the vessel on which the boats are, +1 or -1.
+    They are on the vessel's +n or -n side, which is +1 or -1.
     """
     boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP
     motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
     motion[1:, 2] = -side * np.pi / 2
 
 
-def _goal_and_side(
-    params: EnvParams, rng: np.random.Generator, goal: Float | None
-) -> tuple[Float, float]:
-    """Returns the goal (3,), given or sampled, and the side from which the team pushes."""
-    goal = _goal(params, rng) if goal is None else np.asarray(goal, dtype=np.float64)
-    return goal, _side(params, goal)
-
-
-def _goal(params: EnvParams, rng: np.random.Generator) -> Float:
-    """Returns the fixed goal, or samples one from the ring ``goal_distance``, any heading."""
+def _goal(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> Float:
+    """Returns the given or the fixed goal, or samples one from the ring ``goal_distance``."""
+    if goal is not None:
+        return np.asarray(goal, dtype=np.float64)
     if params.task.goal is not None:
         return np.array(params.task.goal)
     near, far = params.task.goal_distance
@@ -103,8 +88,7 @@ def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Fl
         if len(boats) == params.num_boats:
             return boats, rng.uniform(-np.pi, np.pi, params.num_boats)
         radius = np.sqrt(rng.uniform(near**2, far**2))
-        angle = rng.uniform(-np.pi, np.pi)
-        candidate = radius * np.exp(1j * angle)
+        candidate = radius * np.exp(1j * rng.uniform(-np.pi, np.pi))
         inside = max(abs(candidate.real), abs(candidate.imag)) <= bound
         if inside and np.all(np.abs(boats - candidate) >= apart):
             boats = np.append(boats, candidate)
@@ -116,8 +100,7 @@ def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Fl
 
 def _bound(params: EnvParams, margin: float) -> float:
     """Returns the largest coordinate at which something may be placed, m."""
-    walls = params.water.walls
-    return params.task.arena - margin if walls is None else walls - margin
+    return (params.task.arena if params.water.walls is None else params.water.walls) - margin
 
 
 def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:

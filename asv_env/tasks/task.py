@@ -28,8 +28,6 @@ InitialStates = Callable[[EnvParams, np.random.Generator, Float | None], Initial
 """Distribution of initial states: from parameters, the world's Generator and a given goal."""
 Success = Callable[[Relations, State, Complex, EnvParams], Bool]
 """(W,) whether the task is done, from the true relations and state and the water's velocity."""
-
-
 Cause = Callable[[Mapping[str, Any], EnvParams], str]
 """Cause of the failure of an episode, from its ``metrics.summary`` and the parameters."""
 

@@ -14,23 +14,17 @@ from asv_env.types import Bool, Complex, Ending, State
 def ending(relations: Relations, state: State, water: Complex, params: EnvParams) -> Ending:
     """Returns how the worlds stand at the end of a control tick.
 
-    Args:
-        relations: True relations.
-        state: True state, its counters already advanced.
-        water: (W,) velocity of the water at the vessel, m/s.
-        params: Parameters of the environment.
+    Relations and state are true, the state's counters already advanced; ``water`` is the
+    velocity (W,) of the water at the vessel, m/s.
     """
     reached = params.definition.success(relations, state, water, params)
-    reach = np.maximum.reduce(np.abs(state.motion[..., :2]), axis=(1, 2))
-    strayed = reach > params.task.arena
+    strayed = np.maximum.reduce(np.abs(state.motion[..., :2]), axis=(1, 2)) > params.task.arena
     return Ending(reached & ~strayed, strayed, state.tick >= params.time_limit_ticks)
 
 
 def slots_occupied(relations: Relations, state: State, water: Complex, params: EnvParams) -> Bool:
     """Returns (W,) whether all slots have been occupied for ``hold_time``."""
-    del relations, water
-    occupied: Bool = state.occupied_ticks >= hold_ticks(params)
-    return occupied
+    return state.occupied_ticks >= hold_ticks(params)
 
 
 def hold_ticks(params: EnvParams) -> int:
@@ -67,7 +61,6 @@ def delivered(relations: Relations, water: Complex, task: TaskParams) -> Bool:
 
 def why_not_grasped(summary: Mapping[str, Any], params: EnvParams) -> str:
     """Returns why the slots were not occupied for long enough."""
-    del params
     if summary["strayed"]:
         return "strayed"
     return "no closure" if math.isnan(summary["time_to_closure"]) else "grasp not held"
@@ -75,10 +68,8 @@ def why_not_grasped(summary: Mapping[str, Any], params: EnvParams) -> str:
 
 def why_not_delivered(summary: Mapping[str, Any], params: EnvParams) -> str:
     """Returns why the vessel was not delivered."""
-    if summary["strayed"]:
-        return "strayed"
-    if math.isnan(summary["time_to_closure"]):
-        return "no closure"
+    if summary["strayed"] or math.isnan(summary["time_to_closure"]):
+        return why_not_grasped(summary, params)
     if summary["min_position_error"] > params.task.position_tolerance:
         return "never near"
     if abs(summary["heading_error_at_min"]) > params.task.heading_tolerance:
