@@ -5,8 +5,6 @@ mirror image. So a policy that can push from the +n side alone, towards goals ah
 all goals: where the goal lies on the +n side itself, the policy sees the mirror image.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,25 +34,17 @@ def goal_lateral_offset(sensed: Sensed) -> Float:
     """Returns how far the goal lies to the +n side of the estimated vessel (W,), m."""
     vessel = sensed.estimate[:, 0]
     goal = (plane(sensed.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
-    offset: Float = goal.imag
-    return offset
+    return goal.imag
 
 
 @dataclass
 class PushSide:
-    """The side from which each team pushes, and its slots in the view from there.
+    """The side from which each team pushes, and its slots in the view from there."""
 
-    Attributes:
-        side: (W,) +1 for the vessel's +n side, -1 for the other.
-        slot: (W, A) slots of the boats, m; of the mirror image where the side is -1.
-        working: (W, A) whether each boat worked when the slots were assigned.
-        closed: (W,) whether the vessel is in closure, by these slots.
-    """
-
-    side: Float
-    slot: Complex
-    working: Bool
-    closed: Bool
+    side: Float  # (W,) +1 for the vessel's +n side, -1 for the other
+    slot: Complex  # (W, A) slots of the boats, m; of the mirror image where the side is -1
+    working: Bool  # (W, A) whether each boat worked when the slots were assigned
+    closed: Bool  # (W,) whether the vessel is in closure, by these slots
 
 
 class PushSideSelector:

@@ -8,7 +8,7 @@ import pytest
 
 from baselines import evaluate
 from baselines.evaluate.results import read_csv
-from baselines.reproduce.page_table import updated
+from baselines.reproduce.fig10_trials import updated
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]

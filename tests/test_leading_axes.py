@@ -22,7 +22,6 @@ GOAL, CENTRE, POINT = [0.5, -1.0, 0.3], [1.0, 0.0], [0.1, 0.2]
 ROW_CALLS = {
     dubins.length: (GOAL, 0.2),
     pushing.speeds: (POINT, CENTRE, [0.0, 0.0], 0.1),
-    pushing.directions: (POINT, GOAL, 0.5),
     lambda goal, alpha1: two_arc.plan(goal, alpha1).total_length: (GOAL, 0.5),
     lambda goal, radius: two_arc.shortest(goal, radius).total_length: (GOAL, 0.2),
     lambda start, bend, length, s: ArcPath(start, bend, length).curvature_at(s): (

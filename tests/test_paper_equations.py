@@ -125,11 +125,8 @@ def test_dubins_length():
 
 def test_pushing_speed_is_eq_16():
     family = "pushing_speed_eq16"
-    position, heading, rho = column(family, "P", "h", "rho")
+    position, rho = column(family, "P", "rho")
     robot, mean_speed, centre, point = column(family, "robot_in_vessel_frame", "S2", "C", "X")
     speed, normal = column(family, "V", "V_normal")
     assert_close(pushing.speeds(point, centre, position, mean_speed), speed)
     assert_close(pushing.normal_speeds(robot[:, 0], 1 / rho, mean_speed), normal)
-    pose = np.column_stack([position, heading])
-    course = pushing.directions(point, pose, 1 / rho)
-    assert_close(speed * np.cos(course - (heading - np.pi / 2)), normal)

@@ -16,7 +16,7 @@ from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.tasks.formation import slots
 from asv_env.types import rows
 from baselines.paper.coasting import coasting_speed
-from baselines.paper.paper_gains import GAINS, IN_RANGE
+from baselines.paper.paper_numbers import GAINS, IN_RANGE
 from baselines.paper.paper_policy import PaperPolicy
 from baselines.rollout import runner
 

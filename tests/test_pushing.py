@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from path_strategies import as_path, curvatures, goals, scales
 
-from asv_env.geometry import wrap
 from baselines.paper import pushing
 from baselines.paper.arcs import advance
 
@@ -28,10 +27,6 @@ class TestPushing:
         args = (point(0.0), path.centres[0], path.start[:2])
         speed = pushing.speeds(*args, mean_speed)
         np.testing.assert_allclose(speed, np.hypot(*velocity), atol=1e-7)
-        course = pushing.directions(point(0.0), path.start, curvature)
-        if speed > 1e-3:
-            np.testing.assert_allclose(speed * np.cos(course), velocity[0], atol=1e-7)
-            np.testing.assert_allclose(speed * np.sin(course), velocity[1], atol=1e-7)
         normal = pushing.normal_speeds(u, curvature, mean_speed)
         minus_n = np.array([np.sin(start[2]), -np.cos(start[2])])
         np.testing.assert_allclose(normal, velocity @ minus_n, atol=1e-7)
@@ -44,10 +39,6 @@ class TestPushing:
         rho = 1 / curvature if curvature else np.inf
         speed, image = (pushing.speeds((s * u, w), (s * rho, 0), (0, 0), 0.1) for s in (1, -1))
         assert speed == image
-        course, image = (
-            pushing.directions((s * u, w), (0.0, 0.0, 0.0), s * curvature) for s in (1, -1)
-        )
-        np.testing.assert_allclose(wrap(np.pi - image - course), 0.0, atol=1e-9)
 
     def test_straight_is_the_limit_of_large_circles(self):
         points = np.array([[0.2, 0.1], [-0.2, 0.1]])
@@ -79,7 +70,5 @@ class TestPushing:
             pushing.speeds([0.1, 0.1, 0.0], [1.0, 0.0], [0.0, 0.0], 0.1)
         with pytest.raises(ValueError, match="centre"):
             pushing.speeds([0.1, 0.1], [np.nan, 0.0], [0.0, 0.0], 0.1)
-        with pytest.raises(ValueError, match="vessel_pose"):
-            pushing.directions([0.1, 0.1], [0.0, 0.0], 1.0)
         with pytest.raises(ValueError, match="curvature"):
             pushing.normal_speeds(0.1, np.inf, 0.1)

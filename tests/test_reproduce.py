@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from baselines.evaluate import statistics
-from baselines.paper.paper_gains import ARRIVAL_TIME, GAINS, IN_RANGE
+from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, IN_RANGE
 from baselines.reproduce import __main__ as command
 from baselines.reproduce import (
     artefact,
@@ -17,7 +17,6 @@ from baselines.reproduce import (
     fig3_4_approach,
     fig5_paths,
     fig10_trials,
-    page_table,
     planner_comparison,
     single_runs,
 )
@@ -134,7 +133,7 @@ def test_bad_options_are_refused_before_anything_is_made(arguments, message, tmp
     assert not (tmp_path / "none").exists()
 
 
-PAGE = f"Before.\n{page_table.START}\nold\n{page_table.END}\nAfter.\n"
+PAGE = f"Before.\n{fig10_trials.START}\nold\n{fig10_trials.END}\nAfter.\n"
 
 
 @pytest.mark.parametrize(
@@ -143,7 +142,7 @@ PAGE = f"Before.\n{page_table.START}\nold\n{page_table.END}\nAfter.\n"
         (None, "table", "No such file"),
         ("", "table", "once each"),
         (PAGE + PAGE, "table", "once each"),
-        (f"{page_table.END}{page_table.START}", "table", "once each"),
+        (f"{fig10_trials.END}{fig10_trials.START}", "table", "once each"),
         (PAGE, "fig3", "add table to --only"),
     ],
 )
@@ -156,10 +155,10 @@ def test_a_page_that_cannot_take_the_table_is_refused(text, only, message, tmp_p
 
 
 def test_the_table_is_put_between_the_marks():
-    once = page_table.updated(PAGE, fig10_trials.table(JOB, STUDY))
-    assert once == page_table.updated(once, fig10_trials.table(JOB, STUDY))
+    once = fig10_trials.updated(PAGE, fig10_trials.table(JOB, STUDY))
+    assert once == fig10_trials.updated(once, fig10_trials.table(JOB, STUDY))
     assert once.startswith("Before.\n")
-    assert once.endswith(f"{page_table.END}\nAfter.\n")
+    assert once.endswith(f"{fig10_trials.END}\nAfter.\n")
     assert "old" not in once
     assert "| tank experiment (paper) | 12 | – | – | 4.88 ± 1.8 | -0.26 ± 0.44 |" in once
     assert "| simulation, paper, nominal | 4 | 75% | 25% | 4 ± 3.61 | 0 ± 0.26 |" in once

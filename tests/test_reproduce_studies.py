@@ -13,9 +13,7 @@ from baselines.policy import Idle
 from baselines.reproduce import (
     claims,
     fig5_paths,
-    planned_paths,
     planner_comparison,
-    reattribution,
     single_runs,
 )
 from baselines.rollout import episodes, runner
@@ -66,18 +64,18 @@ def test_planners_may_turn_as_tightly_as_the_scripted_policy_does():
     goals = planner_comparison.goals(params, range(100))
     planner = PathPlanner(params.vessel, PathGains())
     own = planner.plan(goals[:, 0] + 1j * goals[:, 1], goals[:, 2])
-    assert 1 / np.abs(own.curvature).max() == pytest.approx(planned_paths.least_radius(params))
+    assert 1 / np.abs(own.curvature).max() == pytest.approx(planner_comparison.least_radius(params))
 
 
-@pytest.mark.parametrize("name", planned_paths.PLANNERS)
+@pytest.mark.parametrize("name", planner_comparison.PLANNERS)
 def test_the_policy_drives_the_paths_of_the_planner(name):
     world = planner_comparison.push_to_random_goals("nominal")
     params = replace(world, task=replace(world.task, time_limit=20.0))
-    radius = planned_paths.least_radius(params)
+    radius = planner_comparison.least_radius(params)
     seen = []
 
     def make(params):
-        policy = planned_paths.PLANNERS[name](params)
+        policy = planner_comparison.PLANNERS[name](params)
         act = policy.act
 
         def watched(*arguments):
@@ -107,8 +105,8 @@ def test_crossings_of_ways():
     ways = np.concatenate([time + 0j, 1j * time, 3 + time + 0.1j, 0.35 + 1j * time], axis=1)
     poses = np.zeros((12, 5, 3))
     poses[:, 1:, 0], poses[:, 1:, 1] = ways.real, ways.imag
-    assert reattribution.crossings(poses) == 2
-    assert reattribution.crossings(poses[:, [0, 1, 3]]) == 0
+    assert claims.crossings(poses) == 2
+    assert claims.crossings(poses[:, [0, 1, 3]]) == 0
 
 
 def test_boat_off_its_circle():
@@ -137,12 +135,12 @@ def test_role_of_the_dead_boat_is_the_one_that_it_has_in_the_simulation():
         assert claims.role_of_dead(params, seed) == ("end" if abs(dead.real) > 0.2 else "inner")
 
 
-@pytest.mark.parametrize("condition", reattribution.ATTRIBUTIONS)
+@pytest.mark.parametrize("condition", claims.ATTRIBUTIONS)
 def test_boats_keep_their_targets_unless_re_attributed(condition):
     params = make_params("approach")
     simulation = Simulation(params, 12)
     observation = simulation.reset(seeds=range(12))
-    policy, memory = reattribution.ATTRIBUTIONS[condition](params), None
+    policy, memory = claims.ATTRIBUTIONS[condition](params), None
     targets = []
     for tick in range(60):
         fresh = np.full(12, tick == 0)

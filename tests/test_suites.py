@@ -8,7 +8,7 @@ import pytest
 
 from asv_env.tasks import starts
 from baselines.evaluate.suites import SUITES
-from baselines.paper.experiment import PAPER_GOAL
+from baselines.paper.paper_numbers import PAPER_GOAL
 from baselines.rollout import seeds
 
 FROZEN = {

@@ -12,7 +12,7 @@ from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import is_file
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.sweep import sweep
-from baselines.paper.experiment import PAPER_GOAL
+from baselines.paper.paper_numbers import PAPER_GOAL
 
 SWEEP = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")
 """Options of a sweep, which a suite has settled."""

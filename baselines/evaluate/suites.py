@@ -12,7 +12,7 @@ from typing import Any
 from asv_env.params import EnvParams
 from asv_env.registry import Registry
 from baselines.evaluate.conditions import CUSTOM, Condition, Suite
-from baselines.paper.experiment import PAPER_GOAL
+from baselines.paper.paper_numbers import PAPER_GOAL
 
 PLANK_AREA = 0.40 * 0.15
 """Area of the vessel seen from above, m^2: all shapes have this area and the same mass."""

@@ -7,8 +7,8 @@ from asv_env.params import TINY
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool
 from baselines.paper import pushing, two_arc
-from baselines.paper.paper_gains import IN_RANGE, PaperGains
 from baselines.paper.paper_memory import Memory
+from baselines.paper.paper_numbers import IN_RANGE, PaperGains
 from baselines.paper.steering import Steering
 
 CURVATURES = (1e-6, 1e3)
@@ -17,13 +17,9 @@ circle."""
 
 
 def plan_arcs(relations: Relations, new: Bool, alpha1: float, memory: Memory) -> None:
-    """Plans the two arcs (Eqs 9-15) of the worlds that are new to the push, from where they are.
+    """Plans the two arcs (Eqs 9-15) of the worlds ``new`` (W,) to the push, into the memory.
 
-    Args:
-        relations: of all worlds.
-        new: (W,) worlds to plan for; their goals are known.
-        alpha1: turn of the first arc, rad, but where the goal's heading leaves no choice.
-        memory: receives the arcs.
+    The first arc turns by ``alpha1``, rad, but where the goal's heading leaves no choice.
     """
     goal = np.stack([relations.goal.real, relations.goal.imag, -relations.heading_error], -1)[new]
     only = 2 * np.arctan2(goal[:, 0], -goal[:, 1])

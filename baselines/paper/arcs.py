@@ -1,29 +1,24 @@
 """Paths of circular arcs and straights, driven by a vessel that is pushed along -n."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from asv_env.geometry import direction, wrap
+from asv_env.geometry import direction, wrap, xy
 from asv_env.types import Complex, Float
 from baselines.paper.inputs import finite, finite_poses, not_negative
 
 
 def advance(pose: ArrayLike, curvature: ArrayLike, distance: ArrayLike) -> Float:
-    """Drives a vessel along one arc.
+    """Returns the poses (..., 3) m, m, rad after driving along one arc, heading not wrapped.
 
     Args:
         pose: (..., 3) m, m, rad.
         curvature: (...) 1/m, heading rate dh/ds; 0 is straight along -n = (sin h, -cos h).
         distance: (...) m.
-
-    Returns:
-        (..., 3) pose after the arc, heading not wrapped.
     """
     pose = np.asarray(pose, dtype=np.float64)
     turn = np.multiply(curvature, distance, dtype=np.float64)
@@ -76,18 +71,17 @@ class ArcPath:
         for name, array in (("start", start), ("curvature", curvature), ("length", length)):
             object.__setattr__(self, name, np.broadcast_to(array, batch + array.shape[-1:]))
 
-    def __getitem__(self, index: Any) -> ArcPath:
+    def __getitem__(self, index: Any) -> Self:
         """Selects along the leading axes, e.g. the paths of some worlds."""
         index = index if isinstance(index, tuple) else (index,)
         if any(i is Ellipsis for i in index):
             raise ValueError("index the leading axes only, without an ellipsis")
-        return ArcPath(self.start[index], self.curvature[index], self.length[index])
+        return type(self)(self.start[index], self.curvature[index], self.length[index])
 
     @property
     def total_length(self) -> Float:
         """Length (...) m of each path."""
-        total: Float = self.length.sum(axis=-1)
-        return total
+        return self.length.sum(axis=-1)
 
     @property
     def turn(self) -> Float:
@@ -115,9 +109,7 @@ class ArcPath:
         straight = np.abs(self.curvature) < np.finfo(np.float64).tiny
         radius = 1 / np.where(straight, 1.0, self.curvature)
         poses = self.joints[..., :-1, :]
-        heading = poses[..., 2]
-        axis = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-        centres = poses[..., :2] + radius[..., None] * axis
+        centres = poses[..., :2] + radius[..., None] * xy(direction(poses[..., 2]))
         return np.where(straight[..., None], np.inf, centres)
 
     def pose_at(self, s: ArrayLike) -> Float:
@@ -152,8 +144,7 @@ class ArcPath:
     def _flat_segment_at(self, s: ArrayLike) -> NDArray[np.intp]:
         """Returns `segment_at`, counted over the segments of all paths (...)."""
         first = np.arange(0, self.length.size, self.length.shape[-1])
-        flat: NDArray[np.intp] = first.reshape(self.length.shape[:-1]) + self.segment_at(s)
-        return flat
+        return first.reshape(self.length.shape[:-1]) + self.segment_at(s)
 
     def _distances(self, s: ArrayLike) -> Float:
         s, batch = finite("s", s), self.length.shape[:-1]
@@ -170,8 +161,5 @@ class ArcPath:
 def pick(paths: ArcPath, index: ArrayLike) -> ArcPath:
     """Chooses one path along the first axis of `paths` (m, ...) for each entry of `index` (...)."""
     chosen = np.asarray(index)[None, ..., None]
-    start, curvature, length = (
-        np.take_along_axis(array, chosen, axis=0)[0]
-        for array in (paths.start, paths.curvature, paths.length)
-    )
-    return ArcPath(start, curvature, length)
+    arrays = (paths.start, paths.curvature, paths.length)
+    return ArcPath(*(np.take_along_axis(array, chosen, axis=0)[0] for array in arrays))

@@ -1,5 +1,10 @@
 """The steering law round a target, Eqs (1) and (3).
 
+Arguments are arrays (...) that broadcast: ``alpha`` rad, the direction in which the target sees the
+boat, arctan2(y - Ty, x - Tx); ``turn_direction`` D, 0 clockwise or 1 counter-clockwise; ``phi``
+rad, the angle between the heading and the target. A number that is not finite, or another D,
+raises ValueError.
+
 Corrections to the printed Eq (3): its phase + D pi - (2 D - 1) phi sends the boats of one turn
 direction D away from the target whatever the sign of beta. The phase is (2 D - 1) phi, beta > 0,
 and arctan means arctan2. The printed rule keeps D for ever, so that a boat that crosses above its
@@ -14,32 +19,17 @@ from baselines.paper.inputs import finite, finite_points, positive, turn_directi
 
 
 def turn_direction(x: ArrayLike, target_x: ArrayLike) -> NDArray[np.int_]:
-    """Turn direction D with the shorter path to the side above the target.
-
-    Args:
-        x: (...) m, the boat's.
-        target_x: (...) m.
-
-    Returns:
-        (...) 1 counter-clockwise if x >= target_x, else 0.
-    """
+    """Turn direction D (...) with the shorter path to the side above the target, 1 on its right."""
     return np.where(finite("x", x) >= finite("target_x", target_x), 1, 0)
 
 
 def updated_turn_direction(
     position: ArrayLike, target: ArrayLike, latched: ArrayLike
 ) -> NDArray[np.int_]:
-    """Turn direction D, determined again above the target and `latched` below it.
+    """Turn direction D (...), determined again above the target and `latched` (...) below it.
 
     Not in the paper. The heading stays continuous, as the offset phi is 0 where D changes.
-
-    Args:
-        position: (..., 2) m.
-        target: (..., 2) m.
-        latched: (...) 0 or 1, the `turn_direction` at the start.
-
-    Returns:
-        (...) 0 or 1.
+    Position and target are (..., 2) m.
     """
     position, target = finite_points("position", position), finite_points("target", target)
     above = position[..., 1] > target[..., 1]
@@ -48,19 +38,7 @@ def updated_turn_direction(
 
 
 def desired_heading(alpha: ArrayLike, turn_direction: ArrayLike, phi: ArrayLike) -> Float:
-    """Heading that the law steers to: alpha + pi - (2 D - 1) phi, not wrapped (Eqs 1 and 3).
-
-    Args:
-        alpha: (...) rad, direction in which the target sees the boat, arctan2(y - Ty, x - Tx).
-        turn_direction: (...) D, 0 clockwise or 1 counter-clockwise.
-        phi: (...) rad, angle between the heading and the target.
-
-    Returns:
-        (...) rad.
-
-    Raises:
-        ValueError: a number is not finite, or a turn direction is neither 0 nor 1.
-    """
+    """Heading (...) rad that the law steers to: alpha + pi - (2 D - 1) phi, not wrapped."""
     sign = 2 * turn_directions("turn_direction", turn_direction) - 1
     return finite("alpha", alpha) + np.pi - sign * finite("phi", phi)
 
@@ -73,24 +51,11 @@ def wheel_speeds(
     speed: ArrayLike,
     beta: ArrayLike,
 ) -> tuple[Float, Float]:
-    """Wheel speeds of the law (Eq 3, corrected; D = 0 gives Eq 1 itself, for any phi).
+    """Left and right wheel speeds (...) m/s of Eq (3), corrected; D = 0 gives Eq (1), for any phi.
 
-    The turn rate (right - left) / log is -K sin(heading - desired heading), K = 2 beta / log.
-    Stable for K dt < 1 with the one-step delay of the printed law; no wheel reverses if beta <= S.
-
-    Args:
-        heading: (...) rad.
-        alpha: (...) rad, direction in which the target sees the boat.
-        turn_direction: (...) D, 0 clockwise or 1 counter-clockwise.
-        phi: (...) rad, angle between the heading and the target.
-        speed: (...) m/s, S_1.
-        beta: (...) m/s, gain.
-
-    Returns:
-        Left and right wheel speed, each (...) m/s.
-
-    Raises:
-        ValueError: a number is not finite, a turn direction is neither 0 nor 1, or beta <= 0.
+    The turn rate (right - left) / log is -K sin(heading - desired heading), K = 2 beta / log, where
+    ``speed`` is S_1, m/s, and ``beta`` > 0 a gain, m/s. Stable for K dt < 1 with the one-step delay
+    of the printed law; no wheel reverses if beta <= S_1.
     """
     error = finite("heading", heading) - desired_heading(alpha, turn_direction, phi)
     difference = positive("beta", beta) * np.sin(error)

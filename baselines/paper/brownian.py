@@ -22,21 +22,18 @@ def drift(
     sigma: ArrayLike,
     unit_speed: bool = False,
 ) -> tuple[Float, Float]:
-    """Rates of r and alpha without noise (Eq 8).
+    """Rates dr/dt (...) m/s and dalpha/dt (...) rad/s without noise (Eq 8).
 
     Args:
         r: (...) m > 0, distance from the target.
         alpha: (...) rad, direction in which the target sees the agent.
         turn_direction: (...) D, 0 clockwise or 1 counter-clockwise.
         speed: (...) m/s.
-        sigma: (...) rad.
+        sigma: (...) rad > 0.
         unit_speed: divide both rates so that the Euclidean speed is `speed`.
 
-    Returns:
-        dr/dt (...) m/s and dalpha/dt (...) rad/s.
-
     Raises:
-        ValueError: r <= 0, sigma <= 0, a turn direction neither 0 nor 1, or a number not finite.
+        ValueError: a number is out of range or not finite.
     """
     exponent = -angular_distance(alpha, np.pi / 2) / positive("sigma", sigma)
     inwards, around = np.exp(exponent), -np.expm1(exponent)
@@ -71,9 +68,9 @@ def simulate(
         r0: (...) m > 0.
         alpha0: (...) rad.
         speed: (...) m/s.
-        sigma: (...) rad.
+        sigma: (...) rad > 0.
         duration: s, at least dt.
-        dt: s.
+        dt: s > 0.
         rng: source of the noise.
         noise_r: m / sqrt(s), standard deviation of r after 1 s of noise alone.
         noise_alpha: rad / sqrt(s), likewise of alpha.
@@ -84,8 +81,7 @@ def simulate(
         Times (T,) s, and r (T, ...) m and alpha (T, ...) rad at them, the start included.
 
     Raises:
-        ValueError: dt, stop_radius, sigma or r0 <= 0, duration < dt, negative noise, or a number
-            is not finite.
+        ValueError: a number is out of range or not finite.
     """
     positive("stop_radius", stop_radius)
     if not finite("duration", duration) >= positive("dt", dt):
@@ -106,8 +102,8 @@ def simulate(
         r = np.where(moving, np.maximum(r + step_r, 0.0), r)
         alpha = np.where(moving, alpha + step_alpha, alpha)
         history.append((r, alpha))
-    times = np.multiply(dt, np.arange(len(history)), dtype=np.float64)
-    return times, np.stack([h[0] for h in history]), np.stack([h[1] for h in history])
+    r, alpha = (np.stack(values) for values in zip(*history, strict=True))
+    return np.multiply(dt, np.arange(len(r)), dtype=np.float64), r, alpha
 
 
 def _shorter_turn(alpha: Float) -> NDArray[np.int_]:

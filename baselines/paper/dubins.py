@@ -20,26 +20,18 @@ _CCC_SIDES = np.array([1.0, -1.0])
 
 
 def shortest(goal: ArrayLike, min_radius: ArrayLike) -> ArcPath:
-    """Shortest path to `goal` with radii of at least `min_radius`; one always exists.
+    """Shortest path from (0, 0, 0) to `goal` (..., 3) with radii of at least `min_radius` (...) m.
 
-    Args:
-        goal: (..., 3) m, m, rad, relative to the start pose (0, 0, 0). Equal to it: length zero.
-        min_radius: (...) m.
-
-    Returns:
-        Path of three segments from (0, 0, 0); unused segments have length 0.
-
-    Raises:
-        ValueError: a number is not finite, or min_radius <= 0.
+    One always exists. It has three segments, of which unused ones have length 0, as all have to a
+    goal at the start pose. ValueError: a number is not finite, or min_radius <= 0.
     """
     goal, radius = finite_poses("goal", goal), positive("min_radius", min_radius)
     batch = np.broadcast_shapes(goal.shape[:-1], radius.shape)
     goal, radius = np.broadcast_to(goal, (*batch, 3)), np.broadcast_to(radius, batch)
     csc, ccc = _turn_straight_turn(goal, radius), _three_turns(goal, radius)
     curvature, length = (np.concatenate(pair) for pair in zip(csc, ccc, strict=True))
-    best = np.argmin(length.sum(axis=-1), axis=0)
-    possible = np.isfinite(length)
-    return pick(ArcPath(np.zeros(3), curvature, np.where(possible, length, 0.0)), best)
+    paths = ArcPath(np.zeros(3), curvature, np.where(np.isfinite(length), length, 0.0))
+    return pick(paths, np.argmin(length.sum(axis=-1), axis=0))
 
 
 def length(goal: ArrayLike, min_radius: ArrayLike) -> Float:

@@ -12,35 +12,20 @@ FAR_AWAY = 1e6
 
 @dataclass
 class Memory:
-    """State of the controller; every array has the worlds as its first axis.
+    """State of the controller; every array has the worlds as its first axis."""
 
-    Attributes:
-        target: (W, A) vessel-frame slot that is assigned to each boat, m; NaN before the first.
-        turn_direction: (W, A) D of each boat for that target.
-        pushing: (W,) whether the push has begun.
-        motors_off: (W,) whether the motors are off for good.
-        goal: (W,) position where the arcs end, m.
-        centre: (W, 2) centres of the two circles, m.
-        rho: (W, 2) positions of the centres along the vessel's +x axis, m.
-        length: (W, 2) lengths of the arcs, m.
-        arc: (W,) index of the arc that the vessel is on, 0 or 1.
-        travelled: (W,) path length round the first centre, m.
-        last_position: (W,) position of the vessel at the last tick, m.
-        wheels: (W, A, 2) left and right wheel speed commanded at the last tick, m/s.
-    """
-
-    target: Complex
-    turn_direction: Int
-    pushing: Bool
-    motors_off: Bool
-    goal: Complex
-    centre: Complex
-    rho: Float
-    length: Float
-    arc: Int
-    travelled: Float
-    last_position: Complex
-    wheels: Float
+    target: Complex  # (W, A) slot assigned to each boat, vessel frame, m; NaN before the first
+    turn_direction: Int  # (W, A) D of each boat for that target
+    pushing: Bool  # (W,) whether the push has begun
+    motors_off: Bool  # (W,) whether the motors are off for good
+    goal: Complex  # (W,) position where the arcs end, m
+    centre: Complex  # (W, 2) centres of the two circles, m
+    rho: Float  # (W, 2) positions of the centres along the vessel's +x axis, m
+    length: Float  # (W, 2) lengths of the arcs, m
+    arc: Int  # (W,) index of the arc that the vessel is on, 0 or 1
+    travelled: Float  # (W,) path length round the first centre, m
+    last_position: Complex  # (W,) position of the vessel at the last tick, m
+    wheels: Float  # (W, A, 2) left and right wheel speed commanded at the last tick, m/s
 
 
 def blank_memory(worlds: int, team: int) -> Memory:

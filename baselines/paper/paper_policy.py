@@ -28,10 +28,9 @@ from baselines.paper import braitenberg
 from baselines.paper.arc_following import follow_arcs, plan_arcs, push_steering
 from baselines.paper.coasting import coasting_speed
 from baselines.paper.inputs import finite, positive
-from baselines.paper.paper_gains import ARRIVAL_TIME, GAINS, IN_RANGE, MEAN_SPEEDS, PaperGains
 from baselines.paper.paper_memory import Memory, blank_memory
-from baselines.paper.steering import approach_steering, choose
-from baselines.paper.target_assignment import Assignment, nearest
+from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, IN_RANGE, MEAN_SPEEDS, PaperGains
+from baselines.paper.steering import Assignment, approach_steering, choose, nearest
 from baselines.paper.wheel_commands import WheelCommands
 
 

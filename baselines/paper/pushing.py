@@ -9,22 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from asv_env.types import Float
-from baselines.paper.inputs import finite, finite_points, finite_poses, numbers
+from baselines.paper.inputs import finite, finite_points, numbers
 
 
 def speeds(
     points: ArrayLike, centre: ArrayLike, vessel_position: ArrayLike, mean_speed: ArrayLike
 ) -> Float:
-    """Speed of material points of the vessel turning about `centre` (Eq 16).
+    """Speed (...) m/s of points of the vessel turning about `centre` (Eq 16).
 
     Args:
         points: (..., 2) m, the boats.
         centre: (..., 2) m; an infinite coordinate means a straight: every speed is mean_speed.
         vessel_position: (..., 2) m.
         mean_speed: (...) m/s, speed of the vessel's centre.
-
-    Returns:
-        (...) m/s.
 
     Raises:
         ValueError: a number is NaN, or the vessel's centre is the centre of the circle.
@@ -42,41 +39,16 @@ def speeds(
     return distance / np.where(straight, 1.0, radius) * finite("mean_speed", mean_speed)
 
 
-def directions(points: ArrayLike, vessel_pose: ArrayLike, curvature: ArrayLike) -> Float:
-    """Course of material points of a vessel that moves along -n, which Eq 16 leaves open.
-
-    Equals alpha + sign(rho) pi/2 with alpha the bearing of the point from the circle's centre; a
-    straight is no special case. The centre itself does not move, and gets the course 0.
-
-    Args:
-        points: (..., 2) m, the boats.
-        vessel_pose: (..., 3) m, m, rad.
-        curvature: (...) 1/m, 1/rho.
-
-    Returns:
-        (...) rad in [-pi, pi].
-    """
-    points, pose = finite_points("points", points), finite_poses("vessel_pose", vessel_pose)
-    curvature = finite("curvature", curvature)
-    offset = points - pose[..., :2]
-    vx = np.sin(pose[..., 2]) - curvature * offset[..., 1]
-    vy = -np.cos(pose[..., 2]) + curvature * offset[..., 0]
-    return np.arctan2(vy, vx)
-
-
 def normal_speeds(u: ArrayLike, curvature: ArrayLike, mean_speed: ArrayLike) -> Float:
-    """Component along -n of the velocity that Eq (16) measures: S (rho - u) / rho.
+    """Component (...) m/s along -n of the velocity that Eq (16) measures: S (rho - u) / rho.
 
     Not negative for every boat along the vessel if and only if the radius is at least half the
-    vessel's length, which is the condition of conditional closure. Curvature 0 is a straight.
+    vessel's length, which is the condition of conditional closure.
 
     Args:
         u: (...) m, the boats' positions along the vessel's +x axis.
-        curvature: (...) 1/m, 1/rho.
+        curvature: (...) 1/m, 1/rho; 0 is a straight.
         mean_speed: (...) m/s, speed of the vessel's centre.
-
-    Returns:
-        (...) m/s.
     """
     u, curvature = finite("u", u), finite("curvature", curvature)
     return finite("mean_speed", mean_speed) * (1 - curvature * u)

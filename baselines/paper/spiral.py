@@ -2,6 +2,11 @@
 
 theta is the angular distance of the boat, as seen from the target, from the direction pi/2 in
 which the boats stand off; the spiral is r(theta) = r_pi (1 - exp(-theta / sigma)) (Eq 4).
+
+Arguments are arrays (...) that broadcast: ``alpha`` rad, the direction in which the target sees the
+boat, arctan2(y - Ty, x - Tx); ``sigma`` rad > 0, the decay of the offset; ``r0`` m >= 0, the
+distance from the target; ``theta0`` rad >= 0. A number out of range or not finite raises
+ValueError.
 """
 
 import numpy as np
@@ -22,20 +27,10 @@ def angular_distance(a: ArrayLike, b: ArrayLike) -> Float:
 
 
 def bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Float:
-    """Angle phi between heading and target during the approach (Eq 2).
+    """Angle phi (...) rad between heading and target during the approach, in [0, pi/2) (Eq 2).
 
     The target lies phi to the right of the heading when circling clockwise, to the left when
     counter-clockwise. The orbit of Eqs (2)-(3) is near the spiral of Eq (4), not equal to it.
-
-    Args:
-        alpha: (...) rad, direction in which the target sees the boat, arctan2(y - Ty, x - Tx).
-        sigma: (...) rad, decay of the offset.
-
-    Returns:
-        (...) rad in [0, pi/2).
-
-    Raises:
-        ValueError: sigma <= 0 or a number is not finite.
     """
     theta = angular_distance(alpha, np.pi / 2)
     return np.multiply(-np.pi / 2, np.expm1(-theta / positive("sigma", sigma)))
@@ -44,26 +39,16 @@ def bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Float:
 def exact_bearing_offset(alpha: ArrayLike, sigma: ArrayLike) -> Float:
     """Angle phi* whose orbit is exactly the spiral of Eq (4): tan phi* = r / (dr/dtheta).
 
-    Not in the paper. It makes the length of Eq (6), and so the speed of Eq (7), exact. Arguments,
-    result and errors as for `bearing_offset`.
+    Not in the paper. It makes the length of Eq (6), and so the speed of Eq (7), exact.
     """
     decay = -angular_distance(alpha, np.pi / 2) / positive("sigma", sigma)
     return np.arctan2(-np.asarray(sigma) * np.expm1(decay), np.exp(decay))
 
 
 def asymptotic_radius(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Float:
-    """Radius r_pi of the spiral through (r0, theta0) (Eq 5): its limit for large theta.
+    """Radius r_pi (...) m of the spiral through (r0, theta0) (Eq 5): its limit for large theta.
 
-    Args:
-        r0: (...) m, distance from the target.
-        theta0: (...) rad >= 0.
-        sigma: (...) rad.
-
-    Returns:
-        (...) m; inf at theta0 = 0 (a straight), 0 at r0 = 0.
-
-    Raises:
-        ValueError: sigma <= 0, a negative r0 or theta0, or a number is not finite.
+    It is inf at theta0 = 0 (a straight), 0 at r0 = 0.
     """
     r0, theta0 = not_negative("r0", r0), not_negative("theta0", theta0)
     fraction = -np.expm1(-theta0 / positive("sigma", sigma))
@@ -72,22 +57,12 @@ def asymptotic_radius(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Flo
 
 
 def arc_length(r0: ArrayLike, theta0: ArrayLike, sigma: ArrayLike) -> Float:
-    """Length of the spiral from (r0, theta0) to the target (Eq 6, in a stable form).
+    """Length (...) m of the spiral from (r0, theta0) to the target (Eq 6, in a stable form).
 
-    The printed form is right, but overflows for theta0 / sigma above 355 and loses all digits for
-    small theta0 or large sigma. Here nothing grows, and where the terms still cancel the integral
-    of Eq (4) is evaluated by quadrature; relative error below 1e-12 throughout.
-
-    Args:
-        r0: (...) m, distance from the target.
-        theta0: (...) rad >= 0; 0 is the straight line, of length r0.
-        sigma: (...) rad.
-
-    Returns:
-        (...) m.
-
-    Raises:
-        ValueError: sigma <= 0, a negative r0 or theta0, or a number is not finite.
+    At theta0 = 0 it is the straight line, r0. The printed form is right, but overflows for
+    theta0 / sigma above 355 and loses all digits for small theta0 or large sigma. Here nothing
+    grows, and where the terms still cancel the integral of Eq (4) is evaluated by quadrature;
+    relative error below 1e-12 throughout.
     """
     r0, theta0 = not_negative("r0", r0), not_negative("theta0", theta0)
     sigma = np.clip(positive("sigma", sigma), *_SIGMA_RANGE)

@@ -1,33 +1,46 @@
-"""The arguments of the steering law, Eq (3), and their values on the approach to a target."""
+"""The approach: which boat goes to which target, and how it steers there by the law of Eq (3)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from asv_env.geometry import xy
-from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Float, Int
+from asv_env.tasks.formation import Relations, assign
+from asv_env.types import Bool, Complex, Float, Int
 from baselines.paper import braitenberg
-from baselines.paper.paper_gains import PaperGains
 from baselines.paper.paper_memory import Memory
+from baselines.paper.paper_numbers import PaperGains
 from baselines.paper.spiral import angular_distance, approach_speed, arc_length, bearing_offset
+
+Assignment = Callable[[Complex, Complex, Bool, Complex], Complex]
+"""Function from boats (W, A), slots (W, A), which boats work (W, A) and the last targets (W, A; NaN
+before the first) to targets (W, A); positions in the vessel's frame, m."""
+
+
+def nearest(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:
+    """Assigns the targets with the least total distance, whatever the last ones were.
+
+    The paper re-attributes targets to the nearest boats at every tick. It does not say what
+    happens where two targets have the same nearest boat. With the least total distance no two
+    straight paths cross. A boat that does not work keeps its own slot.
+    """
+    del last
+    target = slot.copy()
+    for world, works in enumerate(working):
+        points = slot[world, works]
+        target[world, works] = points[assign(boat[world, works], points)]
+    return target
 
 
 @dataclass(frozen=True)
 class Steering:
-    """Arguments of Eq (3) for boats (W, A) that go round a point; angles in the vessel's frame.
+    """Arguments of Eq (3) for boats (W, A) that go round a point; angles in the vessel's frame."""
 
-    Attributes:
-        alpha: (W, A) rad, direction in which the point sees the boat.
-        turn_direction: (W, A) D, 0 clockwise or 1 counter-clockwise.
-        phi: (W, A) rad, angle between the heading and the point.
-        speed: (W, A) m/s.
-    """
-
-    alpha: Float
-    turn_direction: Int | Bool
-    phi: Float
-    speed: Float
+    alpha: Float  # rad, direction in which the point sees the boat
+    turn_direction: Int | Bool  # D, 0 clockwise or 1 counter-clockwise
+    phi: Float  # rad, angle between the heading and the point
+    speed: Float  # m/s
 
 
 def choose(condition: Bool, one: Steering, other: Steering) -> Steering:
@@ -41,14 +54,8 @@ def approach_steering(
 ) -> Steering:
     """Steers along the spirals of Eq (2) at the speeds of Eq (7).
 
-    Boats within the stop radius of their targets wait and point at the hull.
-
-    Args:
-        relations: of the boats to the targets that are assigned to them.
-        memory: of the controller.
-        time_left: (W,) until T_goal, s.
-        stop_radius: distance to the target at which a boat has arrived, m.
-        gains: of the controller.
+    Boats within the stop radius, m, of their targets wait and point at the hull. ``time_left``
+    (W,) s is that to T_goal; the relations are those to the assigned targets.
     """
     alpha, distance = np.angle(-relations.slot_gap), relations.slot_error
     speed = approach_speed(

@@ -26,7 +26,7 @@ TOLERANCE = 1e-9  # relative on radii, and rad on turns too small to count
 
 
 def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
-    """Two-arc path to `goal` whose first arc turns by `alpha1` (Eqs 9-15, corrected).
+    """Two-arc path from (0, 0, 0) to `goal` whose first arc turns by `alpha1` (Eqs 9-15).
 
     Never refuses a radius; see `feasible`. Singular cases:
     alpha1 = 0 or alpha1 = h_f: that arc is a straight. Where it would have to be driven
@@ -38,11 +38,8 @@ def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
     The end is on the goal to the rounding error of the path's total length.
 
     Args:
-        goal: (..., 3) m, m, rad, relative to the start pose (0, 0, 0).
+        goal: (..., 3) m, m, rad.
         alpha1: (...) rad, any branch.
-
-    Returns:
-        Path of two segments from (0, 0, 0).
 
     Raises:
         ValueError: a number is not finite, or h_f = 0 and alpha1 is another than the one above.
@@ -70,7 +67,7 @@ def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
 
 
 def shortest(goal: ArrayLike, min_radius: ArrayLike) -> ArcPath:
-    """Shortest two-arc path to `goal` whose radii are at least `min_radius`.
+    """Shortest two-arc path from (0, 0, 0) to `goal` whose radii are at least `min_radius`.
 
     At the optimum one of the two radii is the minimal one, so four values of alpha1 need testing
     (observed, not proved: docs/paper.md; the paper fixes alpha1 = 1 instead, which suits its own
@@ -79,11 +76,8 @@ def shortest(goal: ArrayLike, min_radius: ArrayLike) -> ArcPath:
     goal at the start pose gives a path of length zero.
 
     Args:
-        goal: (..., 3) m, m, rad, relative to the start pose (0, 0, 0).
+        goal: (..., 3) m, m, rad.
         min_radius: (...) m.
-
-    Returns:
-        Path of two segments from (0, 0, 0).
 
     Raises:
         ValueError: a number is not finite, or min_radius <= 0.
@@ -97,31 +91,21 @@ def shortest(goal: ArrayLike, min_radius: ArrayLike) -> ArcPath:
 
 
 def feasible(path: ArcPath, min_radius: ArrayLike) -> NDArray[np.bool_]:
-    """Whether the vessel stays under conditional closure along `path`.
+    """Whether (...) the vessel stays under conditional closure along `path`.
 
     Boats on its +n side can turn the vessel only about points outside it, so every radius must be
-    at least half its length; turns below 1e-9 rad do not count. A segment of a full turn stands
-    for a straight that would have to be driven backwards (see `plan`), which they cannot do.
-
-    Args:
-        path: (..., n) segments.
-        min_radius: (...) m.
-
-    Returns:
-        (...) bool.
+    at least half its length, `min_radius` (...) m; turns below 1e-9 rad do not count. A segment of
+    a full turn stands for a straight that would have to be driven backwards (see `plan`), which
+    they cannot do.
     """
     least = positive("min_radius", min_radius)[..., None] * (1 - TOLERANCE)
-    return ~np.any((_tightness(path) * least > 1) | _backwards(path), axis=-1)
+    backwards = np.abs(path.turn) >= 2 * np.pi - 2 * LEAST_DETOUR_TURN  # cut off by `_arc`
+    return ~np.any((_tightness(path) * least > 1) | backwards, axis=-1)
 
 
 def _tightness(path: ArcPath) -> Float:
     """Absolute curvature (..., n) 1/m; 0 where the segment hardly turns."""
     return np.where(np.abs(path.turn) > TOLERANCE, np.abs(path.curvature), 0.0)
-
-
-def _backwards(path: ArcPath) -> NDArray[np.bool_]:
-    """Whether `_arc` had to cut off an infinite detour in each segment (..., n)."""
-    return np.abs(path.turn) >= 2 * np.pi - 2 * LEAST_DETOUR_TURN
 
 
 def _candidates(goal: Float, min_radius: Float) -> ArcPath:

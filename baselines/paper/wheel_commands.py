@@ -14,16 +14,12 @@ from baselines.paper.steering import Steering
 
 
 class WheelCommands:
-    """Commands of boats with either kind of action.
+    """Commands of boats with either kind of action, with the gain K of Eq (3), 1/s.
 
     With tracking actions a yaw rate in proportion to the heading error closes the loop, as in the
     paper's experiment. With thrusters the wheel speeds of Eq (3) act one tick late as printed
     ("t + 1"), as in its simulation: the autopilot's law turns them into thrust, in steady motion
     just as much as the drag takes.
-
-    Args:
-        params: of the environment.
-        gain: K of Eq (3), 1/s.
     """
 
     def __init__(self, params: EnvParams, gain: float) -> None:
@@ -34,13 +30,10 @@ class WheelCommands:
     def action(
         self, relations: Relations, steering: Steering, flip: Float, memory: Memory
     ) -> Action:
-        """Returns actions (W, A, 2) in units of a full action, and keep the wheel speeds.
+        """Returns actions (W, A, 2) in units of a full action; the memory keeps the wheel speeds.
 
-        Args:
-            relations: of the team as if it pushed from the +n side.
-            steering: of each boat.
-            flip: (W,) -1 where the world has been mirrored for that, else 1.
-            memory: of the controller, with the wheel speeds of the last tick.
+        Relations and steering are those of a team that pushes from the +n side; ``flip`` (W,) is -1
+        where the world has been mirrored for that, else 1.
         """
         bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
         surge = (relations.velocity * relations.heading.conj()).real

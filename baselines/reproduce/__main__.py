@@ -10,7 +10,8 @@ import tyro
 from tqdm import tqdm
 
 from asv_env.checks import check_whole, choice
-from baselines.reproduce import contents, page_table
+from baselines.evaluate.publish import marks
+from baselines.reproduce import contents, fig10_trials
 from baselines.reproduce.artefact import Artefact, Job
 from baselines.reproduce.contents import ARTEFACTS
 from baselines.reproduce.output_folder import OutputFolder
@@ -53,7 +54,7 @@ class Options:
         if self.page is not None:
             if TABLE not in self.only:
                 raise ValueError(f"--page takes the table: add {TABLE} to --only")
-            page_table.check(self.page.read_text())
+            marks.check(self.page.read_text(), fig10_trials.START, fig10_trials.END)
 
     @property
     def job(self) -> Job:
@@ -93,7 +94,7 @@ def make(artefacts: dict[str, Artefact], options: Options, folder: OutputFolder)
     (options.out / CAPTIONS).write_text(contents.captions(folder.made()))
     if options.page is not None:
         table = json.loads((options.out / f"{TABLE}.json").read_text())
-        options.page.write_text(page_table.updated(options.page.read_text(), table))
+        options.page.write_text(fig10_trials.updated(options.page.read_text(), table))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

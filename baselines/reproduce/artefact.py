@@ -20,17 +20,11 @@ BOTH = f"{SIMULATION}; next to it the paper's own numbers from its tank experime
 
 @dataclass(frozen=True)
 class Job:
-    """Options on which the numbers depend.
+    """Options on which the numbers depend."""
 
-    Attributes:
-        seed: of the first episode; episode k has the seed plus k.
-        trials: number of episodes of Figs. 6 to 10; the paper has 12.
-        episodes: number of episodes in each condition of the tables.
-    """
-
-    seed: int
-    trials: int
-    episodes: int
+    seed: int  # of the first episode; episode k has the seed plus k
+    trials: int  # number of episodes of Figs. 6 to 10; the paper has 12
+    episodes: int  # number of episodes in each condition of the tables
 
     def seeds(self, number: int) -> range:
         """Returns the seeds of the first ``number`` episodes."""
@@ -39,19 +33,13 @@ class Job:
 
 @dataclass(frozen=True)
 class Artefact(ABC):
-    """One thing to make.
-
-    Attributes:
-        make: function from the job and the studies needed to what ``save`` saves.
-        source: where its numbers come from.
-        needs: names of the studies whose results it takes.
-    """
+    """One thing to make."""
 
     suffixes: ClassVar[tuple[str, ...]]
 
-    make: Callable[..., Any]
-    source: str
-    needs: tuple[str, ...] = ()
+    make: Callable[..., Any]  # from the job and the studies needed to what ``save`` saves
+    source: str  # where its numbers come from
+    needs: tuple[str, ...] = ()  # studies whose results it takes
 
     def files(self, name: str) -> list[str]:
         """Returns the names of its files."""
@@ -113,11 +101,7 @@ class Table(Artefact):
 
 
 def markdown(product: dict[str, Any]) -> str:
-    """Returns a table as Markdown.
-
-    Args:
-        product: ``rows``, mappings from the same columns to text, numbers or None; ``notes``.
-    """
+    """Returns a table as Markdown: ``rows`` map the same columns to text, numbers or None."""
     rows = product["rows"]
     heads = list(rows[0])
     words = [head for head in heads if any(isinstance(row[head], str) for row in rows)]

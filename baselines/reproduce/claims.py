@@ -1,6 +1,8 @@
 """Claims of the paper that a simulation can test."""
 
 from collections.abc import Callable
+from functools import partial
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -8,11 +10,12 @@ import numpy as np
 from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.tasks import formation, starts
-from asv_env.types import Float
+from asv_env.types import Bool, Complex, Float
 from baselines.paper import pushing
 from baselines.paper.arcs import advance
-from baselines.policy import POLICIES
-from baselines.reproduce import reattribution
+from baselines.paper.paper_policy import PaperPolicy
+from baselines.paper.steering import nearest
+from baselines.policy import POLICIES, MakePolicy
 from baselines.reproduce.artefact import Job
 from baselines.reproduce.comparison_rows import Values, rows_of
 from baselines.reproduce.paper_environments import before_closure, experiment, run, simulation
@@ -27,6 +30,8 @@ WIDER = 3.0
 """Radius of the wide arc, in radii of the narrow one."""
 FAILURE_TIME = (0.1, 0.1)
 """Interval of the time at which a boat dies, s: the first control tick."""
+THIN = 5
+"""Only every so many poses of a log are searched for crossings."""
 STATEMENTS = {
     "equal mass": "The sum of the boats' weights equals the vessel's weight, which prevents early "
     "boats from turning the vessel (Sec. III-C). Ten boats with the noise of Fig. 6.",
@@ -46,7 +51,7 @@ def study(job: Job) -> dict[str, list[Values]]:
     """Returns the values of each claim: one comparison or several."""
     return {
         "equal mass": [equal_mass(job)],
-        "re-attribution": [reattribution.compare(job)],
+        "re-attribution": [reattribution(job)],
         "pivot": [pivot(job)],
         "roles": [missing_roles(job, policy) for policy in ("paper", "scripted")],
     }
@@ -75,14 +80,64 @@ def equal_mass(job: Job) -> Values:
     values = {}
     for condition, params in (("vessel = ten boats", equal), ("vessel = one boat", light)):
         logs = run(noisy_paper(job.seed), params, job.seeds(job.trials), condition)
-        turns = [float(np.degrees(largest_turn(before_closure(log, params)))) for log in logs]
+        headings = [before_closure(log, params)[:, 0, 2] for log in logs]
+        turns = [float(np.degrees(np.abs(wrap(h - h[0])).max())) for h in headings]
         values[condition] = {"largest turn before closure (deg)": turns}
     return values
 
 
-def largest_turn(poses: Float) -> float:
-    """Returns the largest turn, rad, of the vessel of a log (T, B, 3) from its first pose."""
-    return float(np.abs(wrap(poses[:, 0, 2] - poses[0, 0, 2])).max())
+def kept(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:
+    """Keeps the targets (W, A) of the first tick, which had the least total distance."""
+    return np.where(np.isnan(last), nearest(boat, slot, working, last), last)
+
+
+def numbered(points: Complex, boat: Complex, *_: Any) -> Complex:
+    """Assigns target i of ``points`` (A,) to boat i, wherever it is."""
+    return np.broadcast_to(points, boat.shape)
+
+
+def by_number(params: EnvParams) -> PaperPolicy:
+    """Returns the paper's policy whose boats go to the targets of their numbers."""
+    points = formation.slots(params, params.num_boats)
+    return PaperPolicy(params, assignment=partial(numbered, points))
+
+
+ATTRIBUTIONS: dict[str, MakePolicy] = {
+    "re-attributed at each tick": PaperPolicy,
+    "kept, least total distance at the start": partial(PaperPolicy, assignment=kept),
+    "kept, by the boats' numbers": by_number,
+}
+
+
+def reattribution(job: Job) -> Values:
+    """Returns crossings of paths and collisions on the approach, by how targets are attributed."""
+    params, values = experiment("approach"), {}
+    for condition, make_policy in ATTRIBUTIONS.items():
+        logs = run(make_policy, params, job.seeds(job.episodes), condition)
+        values[condition] = {
+            "closure reached": [float(t.episode.time_to_closure is not None) for t in logs],
+            "crossings of paths": [crossings(before_closure(t, params)[::THIN]) for t in logs],
+            "collisions": [float(t.episode.collisions) for t in logs],
+        }
+    return values
+
+
+def crossings(poses: Float) -> float:
+    """Counts how often the paths of two boats of a log (T, B, 3) cross one another."""
+    paths = poses[:, 1:, 0] + 1j * poses[:, 1:, 1]
+    pairs = combinations(paths.T, 2)
+    return float(sum(crossing_segments(first, second).sum() for first, second in pairs))
+
+
+def crossing_segments(first: Complex, second: Complex) -> Bool:
+    """Returns which segments (n - 1, m - 1) of two polylines (n,) and (m,) cross."""
+
+    def separated(line: Complex, points: Complex) -> Bool:
+        start, along = line[:-1, None], np.diff(line)[:, None]
+        left = ((points - start) * along.conj()).imag > 0
+        return left[:, :-1] != left[:, 1:]
+
+    return separated(first, second) & separated(second, first).T
 
 
 def pivot(job: Job) -> Values:
@@ -105,10 +160,8 @@ def pivot(job: Job) -> Values:
 def off_circle(log: PoseLog, radius: float, end: float) -> float:
     """Returns the largest distance, m, of the boat beyond the end from the circle of its slot.
 
-    Args:
-        log: of a vessel that starts at the origin, on an arc about (radius, 0).
-        radius: of the arc, m.
-        end: position of the slot along the vessel, m.
+    The vessel of the log starts at the origin, on an arc about (radius, 0); the slot of the boat is
+    at ``end`` along the vessel.
     """
     turned = np.unwrap(log.poses[:, 0, 2]) >= OBSERVED_TURN
     until = int(turned.argmax()) + 1 if turned.any() else len(turned)

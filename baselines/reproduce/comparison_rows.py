@@ -8,13 +8,15 @@ import numpy as np
 from asv_env.types import Float
 from baselines.evaluate import statistics
 
-Values = Mapping[str, Mapping[str, Sequence[float | None]]]
-"""Values by condition and measure, one an episode; None where the measure does not apply."""
+Column = Sequence[float | None]
+"""Values of a measure, one an episode; None where it does not apply."""
+Values = Mapping[str, Mapping[str, Column]]
+"""Values by condition and measure."""
 RATES = ("delivered", "closure reached")
 """Measures that are 1 for a success and 0 for a failure."""
 
 
-def describe(values: Sequence[float | None]) -> dict[str, float | None]:
+def describe(values: Column) -> dict[str, float | None]:
     """Returns mean, standard deviation of the sample and median; None for too few values."""
     array = _applicable(np.array(values, dtype=np.float64))
     return {
@@ -37,12 +39,7 @@ def rows_of(values: Values) -> list[dict[str, Any]]:
     ]
 
 
-def _row(
-    condition: str,
-    measure: str,
-    values: Sequence[float | None],
-    first: Sequence[float | None] | None,
-) -> dict[str, Any]:
+def _row(condition: str, measure: str, values: Column, first: Column | None) -> dict[str, Any]:
     row = {
         "condition": condition,
         "episodes": sum(value is not None for value in values),

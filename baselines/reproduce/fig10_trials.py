@@ -1,4 +1,8 @@
-"""Fig. 10 and the table: repeated trials of the experiment, and the paper's own."""
+"""Fig. 10 and the table: repeated trials of the experiment, and the paper's own.
+
+A short form of the table is put into a page for readers, between two marks, so that no number there
+is typed in.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -9,16 +13,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from baselines.evaluate.publish import marks
 from baselines.evaluate.report import palette
-from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
+from baselines.paper.paper_numbers import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
 from baselines.policy import POLICIES
 from baselines.reproduce import style
-from baselines.reproduce.artefact import Job
+from baselines.reproduce.artefact import Job, cell, markdown
 from baselines.reproduce.comparison_rows import describe
 from baselines.reproduce.paper_environments import experiment, run
 
 COMPARED = ("paper", "scripted")
 SCENARIOS = ("nominal", "noisy")
+START = "<!-- what follows is written by python -m baselines.reproduce -->"
+END = "<!-- up to here -->"
 Episodes = Sequence[dict[str, Any]]
 """Rows of ``episodes.csv``."""
 
@@ -120,3 +127,38 @@ def _printed(pair: tuple[float, float]) -> dict[str, float | None]:
 def _in_columns(distance: Mapping[str, Any], heading: Mapping[str, Any]) -> dict[str, Any]:
     columns = {f"distance {key} (cm)": value for key, value in distance.items()}
     return columns | {f"heading {key} (rad)": value for key, value in heading.items()}
+
+
+def updated(text: str, table: dict[str, Any]) -> str:
+    """Returns the text of a page with the table between its marks."""
+    return marks.replaced(text, START, END, markdown(short(table)))
+
+
+def short(table: dict[str, Any]) -> dict[str, Any]:
+    """Returns the table with means and deviations in one column, and without the rest."""
+    rows = [
+        {
+            "source": ", ".join(filter(None, (row["source"], row["policy"], row["scenario"]))),
+            "trials": row["trials"],
+            "closed": _percent(row["closed"]),
+            "delivered": _percent(row["delivered"]),
+            "smallest distance (cm)": _spread(row, "distance", "cm"),
+            "heading error then (rad)": _spread(row, "heading", "rad"),
+        }
+        for row in table["rows"]
+    ]
+    return {"rows": rows, "notes": table["notes"]}
+
+
+def _percent(fraction: float | None) -> str | None:
+    return None if fraction is None else f"{fraction:.0%}"
+
+
+def _spread(row: dict[str, Any], name: str, unit: str) -> str:
+    mean, deviation = (_rounded(row[f"{name} {kind} ({unit})"]) for kind in ("mean", "sd"))
+    return f"{mean} ± {deviation}"
+
+
+def _rounded(value: float | None) -> str:
+    """Returns as many digits as the paper gives."""
+    return cell(value) if value is None else f"{round(value, 2) + 0.0:g}"

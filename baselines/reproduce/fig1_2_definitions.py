@@ -10,7 +10,7 @@ from baselines.evaluate.report import palette
 from baselines.paper import two_arc
 from baselines.paper.arcs import ArcPath
 from baselines.paper.braitenberg import desired_heading, turn_direction
-from baselines.paper.experiment import PAPER_GOAL
+from baselines.paper.paper_numbers import PAPER_GOAL
 from baselines.paper.spiral import angular_distance, bearing_offset
 from baselines.reproduce import sketch, style
 from baselines.reproduce.artefact import Job

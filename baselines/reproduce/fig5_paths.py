@@ -51,8 +51,7 @@ def correction(job: Job) -> Figure:
 
 def uncorrected_lengths(path: ArcPath) -> Float:
     """Returns signed lengths (n,) of the arcs before Eqs (14)-(15); below 0 means towards +n."""
-    lengths: Float = wrap(path.turn) / path.curvature
-    return lengths
+    return wrap(path.turn) / path.curvature
 
 
 def _draw_arcs(axes: Axes, params: EnvParams, path: ArcPath, lengths: Float) -> None:
@@ -116,15 +115,10 @@ def grid(heading: float) -> Float:
 
 
 def lengths(goals: Float, min_radius: float) -> dict[str, Any]:
-    """Compares lengths of two arcs with those of the Dubins path, by geometry alone.
+    """Returns ratios (n,) of the length to that of Dubins: alpha_1 = 1, and the shortest arcs.
 
-    Args:
-        goals: (n, 3) in the vessel's frame, m, m, rad; no heading is exactly 0.
-        min_radius: m.
-
-    Returns:
-        Ratios (n,) of the length to that of the Dubins path for alpha_1 = 1 and for the shortest
-        two arcs; None where a radius is below the minimum.
+    Goals (n, 3) are in the vessel's frame, m, m, rad; no heading is exactly 0. A ratio is None
+    where a radius is below the minimum, m.
     """
     shortest = dubins.length(goals, min_radius)
     ratios = {}
@@ -132,9 +126,6 @@ def lengths(goals: Float, min_radius: float) -> dict[str, Any]:
         ("alpha1 = 1", two_arc.plan(goals, ALPHA1)),
         ("alpha1 chosen", two_arc.shortest(goals, min_radius)),
     ):
-        possible = two_arc.feasible(path, min_radius)
-        ratio = path.total_length / shortest
-        ratios[name] = [
-            float(value) if able else None for value, able in zip(ratio, possible, strict=True)
-        ]
+        pairs = zip(path.total_length / shortest, two_arc.feasible(path, min_radius), strict=True)
+        ratios[name] = [float(ratio) if able else None for ratio, able in pairs]
     return ratios

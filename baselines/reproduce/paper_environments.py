@@ -43,11 +43,7 @@ def run(
 ) -> list[PoseLog]:
     """Returns the pose logs of the episodes with these seeds, in their order.
 
-    Args:
-        make_policy: function from parameters to a policy.
-        params: of the environment.
-        seeds: one an episode.
-        what: title of the progress bar.
+    ``what`` is the title of the progress bar.
     """
     running = runner.run(make_policy, params, seeds, WORLDS)
     bar = tqdm(running, what, len(seeds), unit="episode", file=sys.stderr, leave=False, position=1)

@@ -1,7 +1,8 @@
 """Two arcs against the Dubins path: the comparison that the paper leaves to future work."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,14 +11,21 @@ from matplotlib.figure import Figure
 
 from asv_env.params import EnvParams
 from asv_env.tasks import starts
-from asv_env.types import Float
+from asv_env.types import Complex, Float
 from baselines.evaluate.report import palette
+from baselines.paper import dubins, two_arc
+from baselines.paper.arcs import ArcPath
+from baselines.policy import MakePolicy
 from baselines.reproduce import fig5_paths, style
 from baselines.reproduce.artefact import Job
 from baselines.reproduce.comparison_rows import rows_of
 from baselines.reproduce.paper_environments import experiment, run
-from baselines.reproduce.planned_paths import PLANNERS, least_radius
+from baselines.scripted.gains import PathGains
+from baselines.scripted.planner import SEGMENTS, PathPlanner
+from baselines.scripted.scripted_policy import ScriptedPolicy
 
+Planner = Callable[[Float, float], ArcPath]
+"""Function from goals (W, 3) in the vessel's frame and the least radius, m, to paths."""
 GOALS = 400
 """Number of goals of the comparison by geometry; the first of them are also driven to."""
 TIME = 240.0
@@ -32,6 +40,59 @@ MEASURES = {
     "path length / Dubins length": ("path_length_ratio", 1.0),
 }
 """Column of an episode and factor of each measure."""
+
+
+def least_radius(params: EnvParams) -> float:
+    """Returns the radius, m, of the tightest arcs that the scripted policy drives."""
+    gains = PathGains()
+    return gains.widest_radius * gains.tightest_radius * params.vessel.length / 2
+
+
+def two_arcs(goals: Float, radius: float) -> ArcPath:
+    """Returns the shortest two arcs to poses (W, 3), and Dubins paths where there are none."""
+    arcs, others = padded(two_arc.shortest(goals, radius)), dubins_paths(goals, radius)
+    able = two_arc.feasible(arcs, radius)[:, None]
+    return ArcPath(
+        arcs.start,
+        np.where(able, arcs.curvature, others.curvature),
+        np.where(able, arcs.length, others.length),
+    )
+
+
+def dubins_paths(goals: Float, radius: float) -> ArcPath:
+    """Returns the Dubins paths to poses (W, 3)."""
+    return padded(dubins.shortest(goals, radius))
+
+
+def padded(path: ArcPath) -> ArcPath:
+    """Returns the same paths (W,) with as many segments as the policy remembers."""
+    spare = ((0, 0), (0, SEGMENTS - path.length.shape[-1]))
+    return ArcPath(path.start, np.pad(path.curvature, spare), np.pad(path.length, spare))
+
+
+class GivenPaths(PathPlanner):
+    """The scripted policy's timetable, on the paths of a planner."""
+
+    def __init__(self, params: EnvParams, planner: Planner) -> None:
+        vessel, _ = params.hulls()
+        super().__init__(vessel, PathGains())
+        self._planner, self._radius = planner, least_radius(params)
+
+    def plan(self, goal: Complex, heading: Float) -> ArcPath:
+        """See ``PathPlanner.plan``."""
+        return self._planner(np.stack([goal.real, goal.imag, heading], axis=-1), self._radius)
+
+
+def driving(planner: Planner, params: EnvParams) -> ScriptedPolicy:
+    """Returns the scripted policy on the paths of a planner."""
+    return ScriptedPolicy(params, planner=GivenPaths(params, planner))
+
+
+PLANNERS: dict[str, MakePolicy] = {
+    "two arcs": partial(driving, two_arcs),
+    "Dubins": partial(driving, dubins_paths),
+}
+"""Policies by the planner of their paths."""
 
 
 def push_to_random_goals(scenario: str) -> EnvParams:

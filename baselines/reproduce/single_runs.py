@@ -1,9 +1,7 @@
 """The single runs that Figs. 6 to 9 show."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -12,8 +10,7 @@ from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation, Sensed
 from baselines.paper import two_arc
 from baselines.paper.arcs import ArcPath
-from baselines.paper.experiment import PAPER_GOAL
-from baselines.paper.paper_gains import IN_RANGE
+from baselines.paper.paper_numbers import IN_RANGE, PAPER_GOAL
 from baselines.policy import POLICIES, MakePolicy, Policy
 from baselines.reproduce.artefact import Job
 from baselines.reproduce.fig1_2_definitions import ALPHA1
@@ -33,10 +30,6 @@ class NoisyPoses:
 
     The paper disturbs the boats' angular positions and their x and y. Eq. (3) depends on the
     difference of heading and angular position, and so the noise of the angle is put on the heading.
-
-    Args:
-        policy: the policy that is disturbed.
-        seed: of the noise.
     """
 
     def __init__(self, policy: Policy, seed: int) -> None:
@@ -57,11 +50,7 @@ class NoisyPoses:
 
 def noisy_paper(seed: int) -> MakePolicy:
     """Returns the paper's policy with the noise of its simulation."""
-
-    def make(params: EnvParams) -> Policy:
-        return NoisyPoses(POLICIES["paper"](params), seed)
-
-    return make
+    return lambda params: NoisyPoses(POLICIES["paper"](params), seed)
 
 
 def noisy_simulation(job: Job) -> dict[str, Any]:
@@ -117,24 +106,16 @@ def _smallest_distance(log: PoseLog) -> float:
 
 @dataclass(frozen=True)
 class Run:
-    """A run of a study, ready to be drawn.
+    """A run of a study, ready to be drawn."""
 
-    Attributes:
-        times: (T,) s.
-        poses: (T, B, 3) m, m, rad.
-        goal: (3,) m, m, rad.
-        closure: index of the first pose with closure; the last pose if there is none.
-        path: planned at closure; None without closure.
-    """
-
-    times: Float
-    poses: Float
-    goal: Float
-    closure: int
-    path: ArcPath | None
+    times: Float  # (T,) s
+    poses: Float  # (T, B, 3) m, m, rad
+    goal: Float  # (3,) m, m, rad
+    closure: int  # index of the first pose with closure; the last pose if there is none
+    path: ArcPath | None  # planned at closure; None without closure
 
     @classmethod
-    def read(cls, study: dict[str, Any]) -> Run:
+    def read(cls, study: dict[str, Any]) -> Self:
         """Returns the run that the plain values of ``typical_run`` stand for."""
         times, poses, goal = (np.array(study[key]) for key in ("times", "poses", "goal"))
         last = len(times) - 1

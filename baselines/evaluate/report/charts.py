@@ -16,7 +16,7 @@ from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report import bars, durations, maps, placement
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import formats
-from baselines.paper.experiment import PAPER_HEADING, PAPER_POSITION
+from baselines.paper.paper_numbers import PAPER_HEADING, PAPER_POSITION
 from baselines.rollout.episodes import PoseLog
 
 

@@ -1,0 +1,41 @@
+"""Numbers that the paper prints, and those of its controller that it leaves open."""
+
+from dataclasses import dataclass
+
+ARRIVAL_TIME = {"tracking": 80.0, "thrusters": 30.0}
+"""T_goal of the paper's experiment and of its simulation, s, for a vessel of 0.40 m."""
+IN_RANGE = 0.20
+"""Distance of the vessel to the goal at which the motors are turned off, m."""
+MEAN_SPEEDS = (0.02, 0.10)
+"""Bounds of the vessel's mean speed, m/s, whatever its drag."""
+PAPER_GOAL = (0.55, -0.95, 0.1)
+"""Goal pose of the paper's experiment, relative to the vessel at closure, m, m, rad."""
+PAPER_TRIALS = 12
+"""Number of trials of the paper's experiment in the tank, Sec. IV-B."""
+PAPER_POSITION = (4.88, 1.8)
+"""Mean and standard deviation over the trials of the smallest distance to the goal, cm."""
+PAPER_HEADING = (-0.26, 0.44)
+"""Mean and standard deviation over the trials of the heading error at that instant, rad."""
+
+
+@dataclass(frozen=True)
+class PaperGains:
+    """Sigma, and what the paper leaves open.
+
+    Steering is well below the bandwidth of the autopilot. Boats skid, so that much faster ones
+    miss their targets and ram the vessel. The gains of the push suit vessels and boats that differ
+    from the nominal ones (scenario "mismatch"): with a larger `cross_track` the vessel leaves its
+    circle, with more `vessel_yaw` it swings.
+    """
+
+    sigma: float = 1.0  # decay of the spiral (Eq 2), rad; 1 in the paper's experiment
+    steering: float = 2.0  # K = 2 beta / b of Eq (3): yaw rate for the heading error, 1/s
+    max_speed: float = 0.04  # largest speed on the approach, m/s
+    vessel_yaw: float = 0.5  # yaw rate of the vessel for its angle to the centre of the circle, 1/s
+    cross_track: float = 0.04  # distance off circle or place for which boats turn by 1 rad, m
+    max_yaw_offset: float = 0.5  # largest such turn, rad
+    keep_up: float = 0.5  # speed of end boats for their distance behind the vessel, 1/s
+
+
+GAINS = PaperGains()
+"""The gains by default."""
