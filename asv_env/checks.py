@@ -66,10 +66,12 @@ def check_interval(owner: object, name: str, low: float) -> None:
     check_pair(owner, name, low, "(smallest, largest)", ordered=True)
 
 
-def check_whole(owner: object, name: str, low: int) -> None:
-    """Refuses a field that is not a whole number of at least ``low``."""
-    value = getattr(owner, name)
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < low:
-        raise ValueError(
-            f"{type(owner).__name__}.{name} = {value!r}: must be a whole number of at least {low}"
-        )
+def check_whole(owner: object, names: str, low: int) -> None:
+    """Refuses fields, named in one text, that are not whole numbers of at least ``low``."""
+    for name in names.split():
+        value = getattr(owner, name)
+        if isinstance(value, bool) or not isinstance(value, Integral) or value < low:
+            raise ValueError(
+                f"{type(owner).__name__}.{name} = {value!r}: must be a whole number of at least "
+                f"{low}"
+            )

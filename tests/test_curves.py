@@ -47,7 +47,7 @@ def test_a_picture_is_drawn(runs, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["a=nowhere", "--out", "x.png"], "nowhere/curve.csv does not exist"),
         (["a=one", "--out", "x.png", "--num-boats", "6"], "no evaluations with 6 boats"),
@@ -55,7 +55,7 @@ def test_a_picture_is_drawn(runs, tmp_path):
         (["one"] * 7 + ["--out", "x.png"], "7 curves: at most 6"),
     ],
 )
-def test_what_cannot_be_drawn_is_named(words, said, runs, monkeypatch):
+def test_what_cannot_be_drawn_is_named(words, message, runs, monkeypatch):
     monkeypatch.chdir(runs[0].parent)
-    with pytest.raises(SystemExit, match=said):
+    with pytest.raises(SystemExit, match=message):
         curves.main(words)

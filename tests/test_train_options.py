@@ -45,8 +45,8 @@ def test_options_go_into_json_by_section():
 
 
 def test_changed_options_are_refused(trained):
-    said = refusal("--out", trained, "--gamma", 0.9)
-    assert "ppo.gamma was 0.996 and is 0.9" in said
+    message = refusal("--out", trained, "--gamma", 0.9)
+    assert "ppo.gamma was 0.996 and is 0.9" in message
     assert "SHORT' and is 'approach'" in refusal("--out", trained, "--task", "approach")
 
 
@@ -83,7 +83,7 @@ def test_overwriting_leaves_what_is_no_run(text, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--task", "pusch"], "Did you mean 'push'"),
         (["--evaluation.seed", "5"], "seed 5 is not for development"),
@@ -105,8 +105,8 @@ def test_overwriting_leaves_what_is_no_run(text, tmp_path):
         (["--imitation.demonstrations", "nowhere"], "no recorded episodes"),
     ],
 )
-def test_what_makes_no_sense_is_refused_before_anything_is_made(options, said, tmp_path):
-    assert said in refusal("--out", tmp_path / "run", *options)
+def test_what_makes_no_sense_is_refused_before_anything_is_made(options, message, tmp_path):
+    assert message in refusal("--out", tmp_path / "run", *options)
     assert not (tmp_path / "run").exists()
 
 
@@ -135,7 +135,7 @@ def refused_init(file, *options):
 
 
 @pytest.mark.parametrize(
-    ("other", "said"),
+    ("other", "message"),
     [
         ({"activation": "tanh"}, "its activation is 'tanh', that of the training 'relu'"),
         ({"mirrors": True}, "its mirror is True, that of the training False"),
@@ -144,11 +144,11 @@ def refused_init(file, *options):
         ({"observation_version": 0}, "observes by version 0"),
     ],
 )
-def test_an_initial_policy_of_another_kind_is_refused(other, said, trained, tmp_path):
+def test_an_initial_policy_of_another_kind_is_refused(other, message, trained, tmp_path):
     phase, card = policy_file.read_single(trained / "best.npz")
     changed = replace(phase, metadata=replace(phase.metadata, **other))
     policy_file.save(tmp_path / "other.npz", [changed], card)
-    assert said in refused_init(tmp_path / "other.npz")
+    assert message in refused_init(tmp_path / "other.npz")
 
 
 def test_an_initial_policy_of_other_layers_is_refused(trained, tmp_path):

@@ -59,7 +59,7 @@ def test_it_has_the_preset_of_its_kind(own):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("--task", "own_task:SHORTER"), "no attribute 'SHORTER'"),
         (("--task", "own_task:MURKY"), "must name an asv_env.tasks.Task"),
@@ -67,5 +67,5 @@ def test_it_has_the_preset_of_its_kind(own):
         (("--observation", "slott"), "Did you mean 'slot'"),
     ],
 )
-def test_what_is_not_there_is_refused(options, said, own):
-    assert said in refusal(*options)
+def test_what_is_not_there_is_refused(options, message, own):
+    assert message in refusal(*options)

@@ -42,10 +42,11 @@ def temporary():
 @pytest.fixture
 def started(temporary, tmp_path):
     """A function that starts ``python -m train``; what Ray writes is deleted."""
-    variables = {**os.environ, "HOME": str(tmp_path), "TMPDIR": temporary}
+    path = f"{ROOT}{os.pathsep}{ROOT / 'tests'}"
+    variables = {**os.environ, "HOME": str(tmp_path), "TMPDIR": temporary, "PYTHONPATH": path}
 
     def start(*options):
-        command = [sys.executable, "-m", "train", *TINY, *options]
+        command = [sys.executable, "-m", "train", *TINY, "--task", "train_helpers:SHORT", *options]
         return subprocess.Popen(command, cwd=ROOT, env=variables, stderr=subprocess.DEVNULL)
 
     return start
@@ -174,7 +175,7 @@ def test_worlds_are_numbered_over_processes_as_the_example_says():
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ("--teams 4 6", "teams = (4, 6) with engine = 'rllib': it trains one team size"),
         ("--critic central", "critic = 'central' with engine = 'rllib'"),
@@ -187,11 +188,11 @@ def test_worlds_are_numbered_over_processes_as_the_example_says():
         ),
     ],
 )
-def test_what_only_sb3_can_do_is_refused(options, said, tmp_path):
+def test_what_only_sb3_can_do_is_refused(options, message, tmp_path):
     from train.__main__ import main
 
     with pytest.raises(SystemExit) as refusal:
         main([*TINY, "--out", str(tmp_path / "run"), *options.split()])
-    assert said in str(refusal.value)
+    assert message in str(refusal.value)
     assert "engine = 'sb3'" in str(refusal.value)
     assert not (tmp_path / "run").exists()

@@ -1,5 +1,6 @@
 """All options of a training, the presets of the tasks, and the command line that sets them."""
 
+import json
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -128,15 +129,8 @@ class Config:
 
     def learned(self) -> dict[str, Any]:
         """Returns the options that bear on what is learned, by section, as JSON knows them."""
-        return {name: _plain(v) for name, v in asdict(self).items() if name not in NOT_LEARNED}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _plain(one) for name, one in value.items()}
-    if isinstance(value, tuple):
-        return list(value)
-    return str(value) if isinstance(value, Path) else value
+        options = json.loads(json.dumps(asdict(self), default=str))
+        return {name: value for name, value in options.items() if name not in NOT_LEARNED}
 
 
 PRESETS = {

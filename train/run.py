@@ -120,14 +120,12 @@ class Run:
     @property
     def began_with(self) -> dict[str, Any] | None:
         """Model card of the policy file with which learning began."""
-        model_card: dict[str, Any] | None = self._config_field("began_with")
-        return model_card
+        return self._config_field("began_with")
 
     @property
     def id(self) -> str | None:
         """Name by which a tracker recognises the run; None for a run that has none."""
-        name: str | None = self._config_field("id")
-        return name
+        return self._config_field("id")
 
     def _clear(self) -> None:
         for path in (self.folder / name for name in OWN):

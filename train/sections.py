@@ -48,8 +48,7 @@ class WorldOptions:
             observation.chosen(self.observation)
         for team in self.teams:
             check_num_boats(team)
-        check_whole(self, "num_envs", 1)
-        check_whole(self, "decision_rate", 1)
+        check_whole(self, "num_envs decision_rate", 1)
         if self.time_limit is not None:
             check_numbers(self, "time_limit", POSITIVE)
         if CONTROL_RATE % self.decision_rate:
@@ -137,8 +136,7 @@ class ImitationOptions:
 
     def __post_init__(self) -> None:
         check_whole(self, "rounds", 0)
-        check_whole(self, "worlds", 1)
-        check_whole(self, "steps", 1)
+        check_whole(self, "worlds steps", 1)
         check_numbers(self, "time", POSITIVE)
 
 
@@ -181,15 +179,14 @@ class PPOOptions:
     """Number of first updates in which only the critic learns."""
 
     def __post_init__(self) -> None:
-        for name in ("total_timesteps", "num_steps", "num_minibatches", "update_epochs"):
-            check_whole(self, name, 1)
+        check_whole(self, "total_timesteps num_steps num_minibatches update_epochs", 1)
         check_whole(self, "critic_updates", 0)
         for name in ("adapt_kl", "target_kl"):
             if getattr(self, name) is not None:
                 check_numbers(self, name, POSITIVE)
         check_numbers(self, "gamma gae_lambda", 0, 1)
-        rates = "learning_rate actor_learning_rate clip_coef max_grad_norm"
-        check_numbers(self, rates, POSITIVE)
+        check_numbers(self, "learning_rate actor_learning_rate", POSITIVE)
+        check_numbers(self, "clip_coef max_grad_norm", POSITIVE)
         check_numbers(self, "ent_coef vf_coef", 0)
 
 
@@ -231,8 +228,7 @@ class EvaluationOptions:
     """Seed of the first episode, a development seed."""
 
     def __post_init__(self) -> None:
-        check_whole(self, "every", 1)
-        check_whole(self, "episodes", 1)
+        check_whole(self, "every episodes", 1)
         seeds.check(self.seeds, "development")
 
     @property

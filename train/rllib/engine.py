@@ -29,7 +29,6 @@ from train.rllib.learner import (
     checked_layers,
     distribute_weights,
     module_of,
-    set_noise,
 )
 from train.rllib.settings import check, connected, settings
 from train.run import TENSORBOARD, Run
@@ -95,7 +94,8 @@ class Training:
 def begin(algorithm: PPO, config: Config, layers: Layers | None) -> None:
     """Gives an untrained learner its noise, and its actor the weights of a file or of imitation."""
     module = module_of(algorithm)
-    set_noise(module, config.network.log_std_init)
+    with torch.no_grad():
+        module.pi.log_std.fill_(config.network.log_std_init)
     if layers is not None:
         actors.set_layers(actor(module), layers)
     imitation.imitate(actor(module), config)

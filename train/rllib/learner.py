@@ -54,12 +54,6 @@ def actor(module: Any) -> nn.Sequential:
     return nn.Sequential(module.encoder.actor_encoder.net, module.pi.net)
 
 
-def set_noise(module: Any, log_std: float) -> None:
-    """Sets the standard deviation of the actions."""
-    with torch.no_grad():
-        module.pi.log_std.fill_(log_std)
-
-
 def checked_layers(module: Any, run: Run) -> Layers:
     """Returns the actor's layers for a policy file.
 

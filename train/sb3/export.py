@@ -87,8 +87,7 @@ def check(run: Path) -> float:
 
     def trained(observation: Observation) -> Action:
         with torch.no_grad():
-            action: Action = actor(torch.from_numpy(observation)).clamp(-1.0, 1.0).numpy()
-        return action
+            return actor(torch.from_numpy(observation)).clamp(-1.0, 1.0).numpy()
 
     phase, _ = policy_file.read_single(file)
     policy = NetworkPolicy(phase.layers, phase.metadata, params)

@@ -40,13 +40,11 @@ class ActorAndCritic(nn.Module):
 
     def forward_actor(self, features: dict[str, Tensor]) -> Tensor:
         """Returns the last hidden layer of the actor, from what a boat observes."""
-        latent: Tensor = self.policy_net(features["obs"])
-        return latent
+        return self.policy_net(features["obs"])
 
     def forward_critic(self, features: dict[str, Tensor]) -> Tensor:
         """Returns the last hidden layer of the critic, from observation and state of the world."""
-        latent: Tensor = self.value_net(torch.cat([features["obs"], features["state"]], dim=-1))
-        return latent
+        return self.value_net(torch.cat([features["obs"], features["state"]], dim=-1))
 
 
 class CentralCriticPolicy(MultiInputActorCriticPolicy):
