@@ -88,7 +88,7 @@ def test_what_is_there_is_kept_and_only_what_is_new_is_run(tmp_path, capsys):
         (["--suite", "quick-v1"], "another suite"),
     ],
 )
-def test_results_of_another_origin_are_not_mixed_or_lost(results, arguments, message, capsys):
+def test_results_of_another_provenance_are_not_mixed_or_lost(results, arguments, message, capsys):
     before = (results / "episodes.csv").read_bytes()
     common = ["--policies", "idle", "--workers", "0", "--out", results]
     assert message in refused(capsys, *common, *arguments)
@@ -121,17 +121,17 @@ def test_two_runs_do_not_write_to_one_folder(tmp_path):
 
 def test_a_folder_that_cannot_be_is_refused(tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    said = refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path / "file" / "below")
-    assert "file" in said
+    message = refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path / "file" / "below")
+    assert "file" in message
 
 
 def test_a_file_that_is_no_database_is_refused(tmp_path, capsys):
     (tmp_path / STORE).write_text("something else, and long enough to be looked at" * 9)
-    said = refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
-    assert "not a database of episodes" in said
+    message = refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
+    assert "not a database of episodes" in message
 
 
-def test_a_suite_is_run_arm_by_arm(tmp_path):
+def test_a_suite_is_run_condition_by_condition(tmp_path):
     words = ["--suite", "command_line:TINY", "--task", "push", "--episodes", 2, "--workers", 0]
     run(*words, "--policies", "idle", "--out", tmp_path)
     assert [(row.condition, row.seed) for row in rows(tmp_path)] == [

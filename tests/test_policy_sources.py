@@ -26,7 +26,7 @@ def test_a_broken_policy_fails_its_own_episodes_alone(tmp_path, capsys, workers,
         *("--num-envs", num_envs, "--workers", workers),
         *("--policies", "idle", "broken_policies:RaisesNow", "broken_policies:GivesNan"),
     )
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     by_policy = {
         name: [row for row in rows(tmp_path) if row.policy == name]
         for name in ("idle", "RaisesNow", "GivesNan")
@@ -38,7 +38,7 @@ def test_a_broken_policy_fails_its_own_episodes_alone(tmp_path, capsys, workers,
         assert all(row.goal_x > 0 for row in broken)
         assert {(row.cause, row.success) for row in broken} == {("policy error", False)}
         assert all(text in row.error for row in broken)
-        assert f"{name}, brief, seed {broken[0].seed}" in said
+        assert f"{name}, brief, seed {broken[0].seed}" in message
         for one, other in zip(by_policy[name], by_policy["idle"], strict=True):
             assert one.error or one.position_error == other.position_error
 
@@ -101,8 +101,8 @@ def test_another_policy_under_a_known_name_is_noticed(
 def test_a_file_that_is_no_policy_is_refused(tmp_path, capsys, text):
     file = tmp_path / "mine.npz"
     file.write_bytes(text)
-    said = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
-    assert "not a policy file" in said
+    message = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
+    assert "not a policy file" in message
 
 
 @pytest.mark.parametrize(
@@ -134,8 +134,8 @@ def test_a_policy_file_with_metadata_that_make_no_sense_is_refused(tmp_path, cap
     policy = f'{{"format": "{policy_file.FORMAT}", "phases": [{phase}], "model_card": {{}}}}'
     arrays = {f"phase_0_{name}": array for name, array in layer.items()}
     np.savez(file, policy=np.array(policy), **arrays)
-    said = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
-    assert f"{file} is not a policy file" in said
+    message = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
+    assert f"{file} is not a policy file" in message
 
 
 def test_a_policy_file_gives_what_its_perceptron_says():
@@ -179,16 +179,16 @@ def test_models_of_other_kinds_take_part(tmp_path, kind):
     model.save(tmp_path / "other.zip")
     params = make_params("push", time_limit=0.5)
     made = find(tmp_path / "other.zip", trust_pickles=True).make(params)
-    (track,) = runner.run(lambda params: made, params, [0], 1, Label("other"), record=True)
-    assert track.episode.error is None
-    seen = track.trajectory.observation[0]
+    (log,) = runner.run(lambda params: made, params, [0], 1, Label("other"), record=True)
+    assert log.episode.error is None
+    seen = log.trajectory.observation[0]
     action, _ = model.predict(seen, deterministic=True)
-    np.testing.assert_allclose(track.trajectory.action[0], action, atol=1e-6)
+    np.testing.assert_allclose(log.trajectory.action[0], action, atol=1e-6)
 
 
 def test_pickles_are_not_read_unless_trusted(tmp_path, capsys, sb3_file):
-    said = refused(capsys, *SHORT, "--policies", sb3_file, "--out", tmp_path / "none")
-    assert "--trust-pickles" in said
+    message = refused(capsys, *SHORT, "--policies", sb3_file, "--out", tmp_path / "none")
+    assert "--trust-pickles" in message
     run(*SHORT, "--policies", sb3_file, "--trust-pickles", "--out", tmp_path)
     assert {row.policy for row in rows(tmp_path)} == {"model"}
 
@@ -198,6 +198,6 @@ def test_a_model_with_other_spaces_is_refused(tmp_path, capsys):
 
     PPO("MlpPolicy", "Pendulum-v1", device="cpu").save(tmp_path / "pendulum.zip")
     words = ["--policies", tmp_path / "pendulum.zip", "--trust-pickles"]
-    said = refused(capsys, *SHORT, *words, "--out", tmp_path / "none")
-    assert "maps observations (3,) to actions (1,)" in said
-    assert f"({SEEN},) -> (2,)" in said
+    message = refused(capsys, *SHORT, *words, "--out", tmp_path / "none")
+    assert "maps observations (3,) to actions (1,)" in message
+    assert f"({SEEN},) -> (2,)" in message

@@ -22,7 +22,7 @@ FROZEN = {
 """Digests of what was published. A suite that has to change takes a new name, with a new line."""
 
 
-def begun(condition, seed):
+def initial_state(condition, seed):
     return starts.sample(condition.params, np.random.default_rng(seed))
 
 
@@ -31,7 +31,7 @@ def test_a_published_suite_is_what_it_was(name):
     assert SUITES[name].digest() == FROZEN[name]
 
 
-def test_the_digest_follows_arms_seeds_and_task_but_not_the_number_of_episodes():
+def test_the_digest_follows_conditions_seeds_and_task_but_not_the_number_of_episodes():
     suite = SUITES["plane-v1"]
     first, *others = suite.conditions
     slower = replace(first, options={"time_limit": 100.0})
@@ -57,7 +57,7 @@ def test_suites_have_seeds_of_their_own_all_for_test():
 
 
 @pytest.mark.parametrize("name", SUITES)
-def test_a_disturbed_arm_has_the_starts_and_goals_of_its_control(name):
+def test_a_disturbed_condition_has_the_initial_states_of_its_control(name):
     suite = SUITES[name]
     conditions = {condition.name: condition for condition in suite.conditions}
     assert len(conditions) == len(suite.conditions)
@@ -68,14 +68,17 @@ def test_a_disturbed_arm_has_the_starts_and_goals_of_its_control(name):
         ):
             continue
         for seed in suite.seeds[:3]:
-            here, there = begun(condition, seed), begun(conditions[condition.control], seed)
+            here, there = (
+                initial_state(condition, seed),
+                initial_state(conditions[condition.control], seed),
+            )
             np.testing.assert_array_equal(here.motion, there.motion)
             np.testing.assert_array_equal(here.goal, there.goal)
 
 
 def test_episodes_of_a_suite_differ():
     condition = SUITES["plane-v1"].conditions[0]
-    goals = [begun(condition, seed).goal for seed in SUITES["plane-v1"].seeds[:50]]
+    goals = [initial_state(condition, seed).goal for seed in SUITES["plane-v1"].seeds[:50]]
     assert len({tuple(goal) for goal in goals}) == 50
 
 

@@ -12,7 +12,7 @@ from baselines.rollout.episodes import Label
 pytestmark = pytest.mark.usefixtures("no_report")
 
 
-def test_trajectories_tell_the_episodes_anew(tmp_path):
+def test_trajectories_agree_with_the_rows(tmp_path):
     run(*SHORT, "--policies", "random", "--record", "--out", tmp_path)
     for row in rows(tmp_path):
         folder = trajectories.folder(tmp_path, row.condition, row.policy, None)
@@ -86,5 +86,5 @@ def test_film_shows_the_episode_that_the_row_counts():
     params = make_params("push", goal=(0.0, -0.5, 0.0), time_limit=3.0)
     frames = list(film.frames(Idle, params, 0))
     assert len(frames) == 8 + film.LAST
-    (track,) = runner.run(Idle, params, [0], 1, Label("idle"))
-    assert track.episode.duration == 3.0
+    (log,) = runner.run(Idle, params, [0], 1, Label("idle"))
+    assert log.episode.duration == 3.0
