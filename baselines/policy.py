@@ -1,7 +1,5 @@
 """What a policy is, the two simplest, and the registry of policies by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Protocol
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from asv_env import make_params
 from asv_env.tasks.formation import slots
 from baselines.scripted import PathGains, PushGains
-from baselines.scripted.allocation import allocate
+from baselines.scripted.push_controller import allocate
 
 TEAMS = st.sampled_from([2, 3, 4, 5, 8, 20])
 

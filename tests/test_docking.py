@@ -7,8 +7,8 @@ import pytest
 
 from asv_env import make_params
 from baselines.scripted import GraspGains
-from baselines.scripted.collision_avoidance import STARBOARD, avoidance_velocity
 from baselines.scripted.docking import Docking, GraspMemory
+from baselines.scripted.grasp_controller import STARBOARD, avoidance_velocity
 
 PARAMS, GAINS = make_params("approach", 4), GraspGains()
 WAYPOINTS = np.array([[-0.2 + 0.3j, -0.1 + 0.3j, 0.1 + 0.3j, 0.2 + 0.3j]])

@@ -9,9 +9,8 @@ from asv_env import Simulation, make_params
 from asv_env.tasks.formation import relate, slots
 from baselines.rollout.loop import rollout
 from baselines.scripted import GraspGains, ScriptedPolicy
-from baselines.scripted.collision_avoidance import sidestep
 from baselines.scripted.docking import GraspMemory
-from baselines.scripted.grasp_controller import MAX_SIDESTEP, GraspController
+from baselines.scripted.grasp_controller import MAX_SIDESTEP, GraspController, sidestep
 from baselines.scripted.observer import VesselMemory
 
 GAINS = GraspGains()

@@ -1,7 +1,5 @@
 """What a learned policy consists of: networks, and what each was made for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

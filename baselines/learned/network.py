@@ -1,7 +1,5 @@
 """A multilayer perceptron as a policy, on NumPy alone."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -17,8 +17,6 @@ After each of the three events the team selects the side from which it pushes ag
 with PUSH where the vessel is in closure there, with APPROACH elsewhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

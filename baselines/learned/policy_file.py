@@ -12,8 +12,6 @@ layers of network i; ``policy`` is a JSON text:
 Nothing in it is code: a file from a stranger can be read safely.
 """
 
-from __future__ import annotations
-
 import json
 import zipfile
 import zlib

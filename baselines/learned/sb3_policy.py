@@ -4,8 +4,6 @@ Such a file holds pickled Python objects. Reading it runs whatever code is in it
 a trusted source should be read.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from pickle import PickleError
 from typing import Any

@@ -4,8 +4,6 @@
 describes what they do and where they fail.
 """
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

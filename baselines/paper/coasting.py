@@ -1,8 +1,10 @@
-"""How a hull that nobody pushes comes to rest.
+"""The drag of the water along one axis of a hull, and how a hull that nobody pushes comes to rest.
 
 With drag (Y + Yv |v|) v and mass m, a hull that moves sideways at a speed v comes to rest after
 the distance m / Yv ln(1 + v Yv / Y).
 """
+
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +14,13 @@ from asv_env.types import Float
 
 LARGEST_EXPONENT = 100.0
 """Bound of the exponent, so that speeds are finite for any distance."""
+Velocity = TypeVar("Velocity", float, Float)
+
+
+def drag(coefficients: tuple[float, float], velocity: Velocity) -> Velocity:
+    """Returns the drag at velocities (...), from its linear and its quadratic coefficient."""
+    linear, quadratic = coefficients
+    return (linear + quadratic * abs(velocity)) * velocity
 
 
 def coasting_speed(hull: HullParams, distance: ArrayLike) -> Float:

@@ -1,7 +1,5 @@
 """Records of an episode: its row, the poses of its hulls, and its trajectory."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 from typing import Any

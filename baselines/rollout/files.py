@@ -1,7 +1,5 @@
 """Files that are written all at once."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Films of episodes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

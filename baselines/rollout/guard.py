@@ -1,7 +1,5 @@
 """Errors of policies: each ends the episode in which it happens, and no other."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

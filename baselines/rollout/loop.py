@@ -1,7 +1,5 @@
 """The one loop of all rollouts: observe, act, step, reset."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count

@@ -1,7 +1,5 @@
 """Fingerprints of the code, and versions of the libraries, by which results were made."""
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import re

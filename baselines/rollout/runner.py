@@ -5,8 +5,6 @@ meets the same episodes. Every world has a Pymunk Space of its own, so that no e
 which others run side by side.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any

@@ -3,8 +3,6 @@
 A policy is trained with the first, selected with the second, and compared with the third.
 """
 
-from __future__ import annotations
-
 TEST = range(0, 10**7)
 DEVELOPMENT = range(10**8, 10**9)
 TRAINING = range(10**9, 2**63)

@@ -21,8 +21,6 @@ B = 1 + A bodies (the vessel first), K features:
 ``reward[t]`` and ``observation[t + 1]`` follow from ``action[t]`` at ``observation[t]``.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterator

@@ -33,8 +33,7 @@ class ApproachPath:
     """Direction and remaining length of the paths of all boats; leading axes are free.
 
     Args:
-        length: length of the vessel, m.
-        width: width of the vessel, m.
+        length: length of the vessel, m; ``width``: its width, m.
         clearance: distance of boats' centres from the hull until they descend, m.
         reach: largest distance of a target from the middle of the vessel along it, m.
         sigma: decay of the spiral (Eq 2), rad.
@@ -90,10 +89,9 @@ class ApproachPath:
     def _spiral_down(self, boat: Complex, target: Complex) -> tuple[Complex, Float]:
         """Returns direction and length of the spiral to the entry point and the descent below it.
 
-        The spiral leads to the entry point, which sinks with a boat that is lower, a little in
-        front of one within the capture radius, and farther in front of one next to the hull. So
-        its bearing never becomes singular, a boat off the line returns to it before it descends,
-        and next to the hull it hardly turns.
+        The entry point sinks with a boat that is lower. It is a little in front of one within the
+        capture radius, and farther in front of one next to the hull. So its bearing never becomes
+        singular, a boat returns to the line before it descends, and hardly turns near the hull.
         """
         height = np.minimum(boat.imag, self._entry)
         offset = boat - target.real - 1j * height

@@ -32,31 +32,22 @@ MISSING = 1 / 3
 
 @dataclass
 class GraspMemory:
-    """What the boats remember on the approach.
+    """What the boats remember on the approach."""
 
-    Attributes:
-        slot: (W, A) slots that the approach leads to, m.
-        turn_direction: (W, A) in which each boat goes round the vessel, 0 or 1.
-        due: (W,) tick at which all boats are to be at their waypoints.
-        descending: (W,) team state: DESCEND where true, GATHER otherwise.
-        astern: (W, A) boats that have missed their slots and go astern to try again.
-        drift: (W, A) velocity of the water past the hull at each boat, in the vessel's frame, m/s.
-    """
-
-    slot: Complex
-    turn_direction: Int
-    due: Float
-    descending: Bool
-    astern: Bool
-    drift: Complex
+    slot: Complex  # (W, A) slots that the approach leads to, m
+    turn_direction: Int  # (W, A) in which each boat goes round the vessel, 0 or 1
+    due: Float  # (W,) tick at which all boats are to be at their waypoints
+    descending: Bool  # (W,) team state: DESCEND where true, GATHER otherwise
+    astern: Bool  # (W, A) boats that have missed their slots and go astern to try again
+    drift: Complex  # (W, A) velocity of the water past the hull there, in the vessel's frame, m/s
 
     @classmethod
     def empty(cls, worlds: int, team: int) -> Self:
         """Returns memory to be filled when an approach begins."""
-        shape, drift = (worlds, team), np.zeros((worlds, team), dtype=np.complex128)
-        descending, astern = np.zeros(worlds, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
-        turns = np.zeros(shape, dtype=np.int64)
-        return cls(drift.copy(), turns, np.zeros(worlds), descending, astern, drift)
+        zeros, slot = np.zeros((worlds, team)), np.zeros((worlds, team), dtype=np.complex128)
+        turns, astern = zeros.astype(np.int64), zeros.astype(np.bool_)
+        descending = np.zeros(worlds, dtype=np.bool_)
+        return cls(slot, turns, np.zeros(worlds), descending, astern, slot.copy())
 
 
 class Docking:

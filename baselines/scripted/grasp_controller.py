@@ -17,7 +17,6 @@ from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Sensed
 from baselines.paper.spiral import approach_speed
 from baselines.scripted.approach_path import ApproachPath
-from baselines.scripted.collision_avoidance import avoidance_velocity, sidestep
 from baselines.scripted.docking import Docking, GraspMemory
 from baselines.scripted.gains import GraspGains
 from baselines.scripted.observer import VesselMemory
@@ -26,6 +25,10 @@ MIN_SPEED = 0.02
 """Least speed on the path to the waypoint, m/s."""
 MAX_SIDESTEP = 0.5
 """Limit of the step aside from a failed boat, fraction of the slot's tolerance."""
+STARBOARD = np.exp(0.8j)
+"""Turn of the velocity by which boats avoid each other, so that no two hold each other up."""
+TINY = 1e-9
+"""Floor of the distance between boats, m."""
 
 
 class GraspController:
@@ -60,12 +63,8 @@ class GraspController:
     ) -> Float:
         """Returns the speeds, m/s, and yaw rates, rad/s, of the boats (W, A, 2).
 
-        Args:
-            relations: estimated relations.
-            sensed: measurement, for slots, failures and time.
-            vessel: receives what the boats exert on it: nothing.
-            memory: state of the approach, which is updated.
-            begins: (W,) worlds where an approach begins; one also begins where slots change.
+        An approach begins in the worlds ``begins`` (W,), and where slots change. ``memory`` is
+        updated, and ``vessel`` receives what the boats exert: nothing.
         """
         gains, waypoint = self._gains, sensed.slot + 1j * self._gains.waypoint_height
         vessel.force[:], vessel.moment[:] = 0.0, 0.0
@@ -118,9 +117,8 @@ class GraspController:
     ) -> tuple[Complex, Complex, Complex]:
         """Returns the boats' bows, the hull's velocities at them, and theirs past it, (W, A) each.
 
-        All are in the vessel's frame. Updates ``memory.drift``, of which a boat notices the
-        component across its bow, less its own skid in a turn: speed times yaw rate times the time
-        constant of its sway.
+        All are in the vessel's frame. Updates ``memory.drift``, of which a boat notices what is
+        across its bow, less its skid: speed times yaw rate times the time constant of its sway.
         """
         to_vessel = relations.heading[:, :1].conj()
         bow = relations.heading[:, 1:] * to_vessel
@@ -141,3 +139,25 @@ class GraspController:
         left = (memory.due - sensed.tick)[:, None] / self._hz
         speed = approach_speed(length, left, max_speed=gains.max_speed, min_speed=MIN_SPEED)
         return np.minimum(speed, MIN_SPEED + gains.arrival_gain * distance)
+
+
+def avoidance_velocity(boat: Complex, reach: float, speed: float) -> Complex:
+    """Returns the velocity (W, A) m/s of boats (W, A) away from those within ``reach``, m.
+
+    It grows from 0 to ``speed``, m/s, as the distance shrinks to 0.
+    """
+    away = boat[:, :, None] - boat[:, None, :]
+    distance = np.abs(away)
+    nearness = np.maximum(1.0 - distance / reach, 0.0)
+    return speed * STARBOARD * (nearness * away / np.maximum(distance, TINY)).sum(axis=2)
+
+
+def sidestep(target: Complex, boat: Complex, obstacle: Bool, width: float, limit: float) -> Complex:
+    """Returns shifts (W, A) m of the boats' targets along the hull, to clear failed boats.
+
+    ``obstacle`` (W, A) marks these among the boats (W, A). Targets keep the distance ``width`` from
+    them along the hull, but are shifted by ``limit`` at most, m.
+    """
+    offset = target.real[:, :, None] - boat.real[:, None, :]
+    overlap = np.maximum(width - np.abs(offset), 0.0) * obstacle[:, None, :]
+    return np.clip((np.sign(offset) * overlap).sum(axis=2), -limit, limit) + 0j

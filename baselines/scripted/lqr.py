@@ -34,10 +34,6 @@ YAW_RATE = 0.1
 class PreviewLqr:
     """Feedback and preview gains, scheduled over the vessel's speed.
 
-    Args:
-        vessel: hull of the vessel, with the drag that acts.
-        tolerances: deviations and efforts that cost the same.
-
     Raises:
         ValueError: the vessel has no surge drag, so that it slides freely along its length.
     """
@@ -56,8 +52,7 @@ class PreviewLqr:
         control[2, 0] = (tolerances.force > 0) / vessel.total_mass
         control[3, 1] = 1.0 / vessel.total_inertia
         step = scale * PREVIEW_STEP
-        self.preview_times: Float = step * (np.arange(PREVIEW_POINTS) + 0.5)
-        """(PREVIEW_POINTS,) times from now at which the path's curvature is taken, s."""
+        self.preview_times: Float = step * (np.arange(PREVIEW_POINTS) + 0.5)  # from now, s
         self._feedback = np.zeros((len(SPEEDS), 2, 4))
         self._preview = np.zeros((len(SPEEDS), 2, PREVIEW_POINTS))
         weighted = np.linalg.solve(control_cost, control.T)
@@ -77,8 +72,7 @@ class PreviewLqr:
             speed: (W,) of the vessel, m/s.
             deviation: (W, 4) cross-track error along the hull, m; heading error, rad;
                 velocity along the hull, m/s; yaw rate, rad/s.
-            curvature: (W, PREVIEW_POINTS) of the path where the vessel will be at
-                ``preview_times``, 1/m.
+            curvature: (W, PREVIEW_POINTS) of the path at ``preview_times``, 1/m.
         """
         place = np.interp(speed, SPEEDS, np.arange(len(SPEEDS)))
         low = np.minimum(place.astype(np.int64), len(SPEEDS) - 2)
@@ -92,11 +86,6 @@ def _dynamics(vessel: VesselParams, speed: float) -> Float:
     """Returns the matrix A (4, 4) of a vessel at a speed (m/s), linearised about the path."""
     hull = vessel.linearised(SLIP, YAW_RATE)
     surge, yaw = hull.surge[0] / vessel.total_mass, hull.yaw[0] / vessel.total_inertia
-    return np.array(
-        [
-            [0.0, speed, 1.0, 0.0],
-            [0.0, 0.0, 0.0, 1.0],
-            [0.0, 0.0, -surge, -speed],
-            [0.0, 0.0, 0.0, -yaw],
-        ]
-    )
+    position = [0.0, speed, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]
+    velocity = [0.0, 0.0, -surge, -speed], [0.0, 0.0, 0.0, -yaw]
+    return np.array([*position, *velocity])

@@ -16,7 +16,7 @@ from asv_env.geometry import plane
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.sensing.sensors import corrected, steady_gain
 from asv_env.types import Bool, Complex, Float, Sensed
-from baselines.scripted.drag import drag
+from baselines.paper.coasting import drag
 
 ACCELERATION = 0.01
 """Standard deviation of the acceleration that the prediction misses, m/s^2."""
@@ -34,19 +34,12 @@ SLIP = 0.02
 
 @dataclass
 class VesselMemory:
-    """What is known about the vessel.
+    """What is known about the vessel."""
 
-    Attributes:
-        motion: (W, 6) estimated motion, world frame.
-        drift: (W,) estimated velocity of the water, m/s, world frame.
-        force: (W,) that the boats exert on the vessel until the next tick, in its frame, N.
-        moment: (W,) that they exert, N m.
-    """
-
-    motion: Float
-    drift: Complex
-    force: Complex
-    moment: Float
+    motion: Float  # (W, 6) estimated motion, world frame
+    drift: Complex  # (W,) estimated velocity of the water, m/s, world frame
+    force: Complex  # (W,) that the boats exert on the vessel until the next tick, its frame, N
+    moment: Float  # (W,) that they exert, N m
 
     @classmethod
     def empty(cls, worlds: int) -> Self:
@@ -109,14 +102,9 @@ def drift_gain(
 ) -> Float:
     """Returns the steady-state gains (2,) of the drift on the innovations of pose and rate.
 
-    The Kalman filter has three states: pose, rate, and the drift to which the rate decays.
-
-    Args:
-        acceleration: standard deviation of what else changes the rate, m/s^2.
-        decay: decay of the rate towards the drift, 1/s.
-        pose_noise: standard deviation of the measured pose, m.
-        rate_noise: standard deviation of the measured rate, m/s.
-        dt: duration of a tick, s.
+    The Kalman filter has three states: pose, m, rate, m/s, and the drift to which the rate decays
+    with ``decay``, 1/s. ``acceleration``, m/s^2, is the standard deviation of what else changes
+    the rate, ``dt`` the duration of a tick, s.
     """
     transition = np.array([[1.0, dt, 0.0], [0.0, 1 - decay * dt, decay * dt], [0.0, 0.0, 1.0]])
     process_noise = np.diag([0.0, (acceleration * dt) ** 2, DRIFT_WALK**2 * dt])

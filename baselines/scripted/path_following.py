@@ -33,39 +33,23 @@ UNCAGED_HEADING = 0.1
 
 @dataclass
 class PathMemory:
-    """The vessel's path through the water.
+    """The vessel's path through the water."""
 
-    Attributes:
-        start: (W, 3) pose where it begins; m, m, rad.
-        curvature: (W, SEGMENTS) 1/m.
-        length: (W, SEGMENTS) m; segments that are not needed have length 0.
-        progress: (W,) path length behind the vessel, m.
-        replan: (W,) whether a new path is needed.
-    """
-
-    start: Float
-    curvature: Float
-    length: Float
-    progress: Float
-    replan: Bool
+    start: Float  # (W, 3) pose where it begins; m, m, rad
+    curvature: Float  # (W, SEGMENTS) 1/m
+    length: Float  # (W, SEGMENTS) m; segments that are not needed have length 0
+    progress: Float  # (W,) path length behind the vessel, m
+    replan: Bool  # (W,) whether a new path is needed
 
     @classmethod
     def empty(cls, worlds: int) -> Self:
         """Returns memory to be filled by ``PathFollower.plan``."""
-        segments = np.zeros((worlds, SEGMENTS))
-        replan = np.zeros(worlds, dtype=np.bool_)
+        segments, replan = np.zeros((worlds, SEGMENTS)), np.zeros(worlds, dtype=np.bool_)
         return cls(np.zeros((worlds, 3)), segments, segments.copy(), np.zeros(worlds), replan)
 
 
 class PathFollower:
-    """Plans the vessel's path and computes what keeps the vessel on it, and on time.
-
-    Args:
-        vessel: hull of the vessel, with the drag that acts.
-        planner: plans the paths.
-        gains: gains of the push.
-        tolerances: tolerated deviations of the vessel from its path.
-    """
+    """Plans the vessel's path and computes what keeps the vessel on it, and on time."""
 
     def __init__(
         self, vessel: VesselParams, planner: PathPlanner, gains: PushGains, tolerances: Tolerances
@@ -113,11 +97,9 @@ class PathFollower:
         cross_track = np.clip(cross_track, -limit, limit)
         turned = np.clip(turned, -MAX_HEADING_ERROR, MAX_HEADING_ERROR)
         deviation = np.stack([cross_track, turned, velocity.real, yaw_rate], axis=-1)
-        along, moment = np.where(
-            caged[:, None],
-            self._caged.wrench(speed, deviation, curvature),
-            self._uncaged.wrench(speed, deviation, curvature),
-        ).T
+        lqrs = self._caged, self._uncaged
+        wrenches = (lqr.wrench(speed, deviation, curvature) for lqr in lqrs)
+        along, moment = np.where(caged[:, None], *wrenches).T
         limit = self._gains.max_end_force * self._vessel.length / NOMINAL_LENGTH
         forward = self._planner.force(remaining, speed, self._gains.speed_gain)
         return forward, np.clip(along, -limit, limit), moment

@@ -7,8 +7,7 @@ from asv_env.params import VesselParams
 from asv_env.types import Complex, Float
 from baselines.paper import dubins
 from baselines.paper.arcs import ArcPath
-from baselines.paper.coasting import coasting_distance, coasting_speed
-from baselines.scripted.drag import drag
+from baselines.paper.coasting import coasting_distance, coasting_speed, drag
 from baselines.scripted.gains import PathGains
 
 SEGMENTS = 4
@@ -21,10 +20,6 @@ TIMETABLE_LENGTH = 100.0
 
 class PathPlanner:
     """Plans paths for a vessel, and their timetable.
-
-    Args:
-        vessel: hull of the vessel, with the drag that acts.
-        gains: preferences between paths, and the speed.
 
     Raises:
         ValueError: the vessel has no linear sway drag and would never come to rest.
@@ -44,15 +39,11 @@ class PathPlanner:
         self._timetable = remaining, np.concatenate([[0.0], np.cumsum(steps)])
 
     def plan(self, goal: Complex, heading: Float) -> ArcPath:
-        """Returns paths of ``SEGMENTS`` segments from the origin.
+        """Returns paths from the origin to goals, at positions (W,) m and headings (W,) rad.
 
         The candidates are shortest paths of bounded curvature with a final straight, on which
         the vessel recovers from the turn and slows down. Wide arcs and long straights are easier
         to follow, so they make up for some path length in the cost.
-
-        Args:
-            goal: (W,) positions in the vessel's frame, m.
-            heading: (W,) of the vessel at the goal, in the same frame, rad.
         """
         gains, length = self.gains, self._vessel.length
         radii = gains.widest_radius * np.linspace(1.0, gains.tightest_radius, CHOICES)
@@ -79,10 +70,7 @@ class PathPlanner:
         return np.minimum(self.gains.speed, self.gains.braking * coasting)
 
     def force(self, remaining: Float, speed: Float, gain: float) -> Float:
-        """Returns the force (...) N that brings a vessel from a speed (...) m/s to its timetable.
-
-        ``gain`` is the force per mass and speed error, 1/s.
-        """
+        """Returns forces (...) N that bring a vessel from speeds (...) m/s to its timetable."""
         wanted = self.speed(remaining)
         resistance = drag(self._vessel.sway, wanted)
         resistance *= np.where(wanted < self.gains.speed, 1 - self.gains.braking, 1.0)

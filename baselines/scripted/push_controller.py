@@ -11,8 +11,7 @@ from asv_env.params import EnvParams
 from asv_env.physics.autopilot import bandwidth
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Sensed
-from baselines.scripted.allocation import TINY, allocate
-from baselines.scripted.drag import drag
+from baselines.paper.coasting import drag
 from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.observer import VesselMemory
 from baselines.scripted.path_following import PathFollower, PathMemory
@@ -30,17 +29,12 @@ LEAST_SPEED = 0.02
 """Floor of a boat's speed where a heading follows from it, m/s."""
 LEAST_FORCE = 1e-3
 """Floor of divisors that are forces, N, or sway damping, kg/s."""
+TINY = 1e-6
+"""Floor of divisors that are positions along the hull, m, or their squares, m^2."""
 
 
 class PushController:
-    """Speed and yaw rate of boats that push the vessel to its goal.
-
-    Args:
-        params: parameters of the environment.
-        planner: plans the vessel's paths.
-        gains: gains of the push.
-        tolerances: tolerated deviations of the vessel from its path.
-    """
+    """Speed and yaw rate of boats that push the vessel to its goal."""
 
     def __init__(
         self, params: EnvParams, planner: PathPlanner, gains: PushGains, tolerances: Tolerances
@@ -60,12 +54,8 @@ class PushController:
     ) -> Float:
         """Returns the speeds, m/s, and yaw rates, rad/s, of the boats (W, A, 2).
 
-        Args:
-            relations: estimated relations.
-            sensed: measurement, for slots and failures; failed boats are left out.
-            vessel: estimates, for the drift; receives what the boats exert.
-            memory: the paths, which are updated.
-            begins: (W,) worlds where a push begins.
+        A push begins in the worlds ``begins`` (W,). Failed boats are left out. ``memory`` is
+        updated, and ``vessel`` receives what the boats exert.
         """
         gains, at_end = self._gains, np.abs(sensed.slot.real) > self._vessel.length / 2
         pushing = sensed.working & ~at_end
@@ -141,3 +131,34 @@ class PushController:
         offset = course + gains.drift_compensation * drift_angle - end * inwards
         speed = -hull.imag - 2 * gains.gap_gain * gap.imag
         return speed, np.clip(offset, -MAX_END_OFFSET, MAX_END_OFFSET)
+
+
+def allocate(
+    forward: Float, moment: Float, position: Float, pushing: Bool, reserve: float, contact: float
+) -> tuple[Float, Float]:
+    """Returns the force (W, A) N of each boat, which can only push, and the moment (W,) N m of all.
+
+    The moment has priority: where it asks for more force than the speed does, the vessel gets
+    faster. A vessel that is too fast is left alone.
+
+    Args:
+        forward: (W,) force towards -n that the speed asks for, N; negative where it is too high.
+        moment: (W,) wanted, N m.
+        position: (W, A) of the boats along the hull, m.
+        pushing: (W, A) boats that take part.
+        reserve: force that may always be used for the moment, N.
+        contact: least force of all boats together, N.
+    """
+    lever = np.where(pushing, position, 0.0)
+    pushers = np.maximum(pushing.sum(axis=1), 1)
+    levers = np.maximum((lever**2).sum(axis=1), TINY)
+    per_moment = pushers * np.maximum(np.abs(lever).max(axis=1), TINY) / levers
+    limit = np.maximum(forward, reserve) / per_moment
+    moment = np.clip(moment, -limit, limit)
+    total = np.maximum(np.maximum(forward, 0.0), per_moment * np.abs(moment))
+    force = (total / pushers)[:, None] - (moment / levers)[:, None] * lever
+    least = (contact / pushers)[:, None]
+    surplus = np.minimum(forward / pushers, 0.0)[:, None]
+    force = np.maximum(force, least) + np.where(surplus < 0, surplus - least, 0.0)
+    force = np.where(pushing, force, 0.0)
+    return force, -(force * lever).sum(axis=1)

@@ -30,16 +30,9 @@ LOST = 0.3
 
 @dataclass
 class Memory:
-    """What the team remembers from tick to tick.
+    """What the team remembers from tick to tick."""
 
-    Attributes:
-        pushing: (W,) phase of each world: PUSH where true, APPROACH otherwise.
-        vessel: estimates of the vessel and its water.
-        grasp: state of the approach.
-        path: the vessel's path in the push.
-    """
-
-    pushing: Bool
+    pushing: Bool  # (W,) phase of each world: PUSH where true, APPROACH otherwise
     vessel: VesselMemory
     grasp: GraspMemory
     path: PathMemory
@@ -47,8 +40,8 @@ class Memory:
     @classmethod
     def empty(cls, worlds: int, team: int) -> Self:
         """Returns memory of worlds that are all fresh."""
-        grasp, path = GraspMemory.empty(worlds, team), PathMemory.empty(worlds)
-        return cls(np.zeros(worlds, dtype=np.bool_), VesselMemory.empty(worlds), grasp, path)
+        pushing, vessel = np.zeros(worlds, dtype=np.bool_), VesselMemory.empty(worlds)
+        return cls(pushing, vessel, GraspMemory.empty(worlds, team), PathMemory.empty(worlds))
 
 
 class ScriptedPolicy:
@@ -57,8 +50,7 @@ class ScriptedPolicy:
     Args:
         params: parameters of the environment; ``action_mode`` must be "tracking".
         grasp: gains of the approach.
-        push: gains of the push.
-        tolerances: tolerated deviations of the vessel from its path.
+        push: gains of the push; tolerances: tolerated deviations of the vessel from its path.
         planner: plans the vessel's paths; None plans them with the default ``PathGains``.
 
     Raises:
@@ -106,14 +98,13 @@ class ScriptedPolicy:
         command = np.zeros((*sensed.slot.shape, 2))
         approach, push = (self._grasp, memory.grasp, ~pushing), (self._push, memory.path, pushing)
         phases: list[Any] = [approach, push]
-        for phase, phase_memory, where in phases:
-            here = np.flatnonzero(where)
-            if len(here):
-                known = rows(relations, here), rows(sensed, here)
-                vessel, own = rows(memory.vessel, here), rows(phase_memory, here)
-                command[here] = phase.act(*known, vessel, own, begins[here])
-                put_rows(memory.vessel, here, vessel)
-                put_rows(phase_memory, here, own)
+        for phase, own, where in phases:
+            if where.any():
+                records = relations, sensed, memory.vessel, own
+                here = [rows(record, where) for record in records]
+                command[where] = phase.act(*here, begins[where])
+                put_rows(memory.vessel, where, here[2])
+                put_rows(own, where, here[3])
         command[..., 1] *= side[:, None]
         action = np.clip(command / autopilot.SCALE, -1.0, 1.0)
         return action.astype(np.float32), memory
