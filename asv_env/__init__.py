@@ -56,23 +56,15 @@ def __getattr__(name: str) -> object:
 
 def _register() -> None:
     """Enters every task into both registries, once."""
+    joint, vector = "asv_env.envs.joint:JointEnv", "asv_env.envs.vector:AsvVectorEnv"
+    boats = "asv_env.envs.parallel:parallel_env"
     for task in TASKS:
-        name = f"asv_env/{task.capitalize()}-v0"
+        name, given = f"asv_env/{task.capitalize()}-v0", {"task": task}
         if name not in _gymnasium.registry:
-            _gymnasium.register(
-                name,
-                entry_point="asv_env.envs.joint:JointEnv",
-                vector_entry_point="asv_env.envs.vector:AsvVectorEnv",
-                kwargs={"task": task},
-            )
+            _gymnasium.register(name, joint, vector_entry_point=vector, kwargs=given)
         name = f"asv_env/{task}-v0"
         if name not in _pettingzoo.parallel_registry:
-            _pettingzoo.register(
-                "parallel",
-                name,
-                entry_point="asv_env.envs.parallel:parallel_env",
-                kwargs={"task": task},
-            )
+            _pettingzoo.register("parallel", name, entry_point=boats, kwargs=given)
 
 
 _register()

@@ -77,12 +77,7 @@ def report() -> str:
 
 
 def draw(options: Options, path: Path) -> None:
-    """Writes a picture of an initial state.
-
-    Raises:
-        FileExistsError: the file exists and is not to be replaced.
-        ImportError: the extra ``eval`` is not installed.
-    """
+    """Writes a picture of an initial state; FileExistsError if that would replace a file."""
     if path.exists() and not options.overwrite:
         raise FileExistsError(f"{path} exists; choose another name or add --overwrite")
     import imageio.v3 as imageio  # an extra

@@ -4,7 +4,7 @@ Axes: ``W`` worlds, ``A`` boats, ``B = 1 + A`` bodies (row 0 is the vessel), ``K
 SI units; headings in radians, counter-clockwise from +x, wrapped to (-pi, pi].
 """
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,8 +24,7 @@ Record = TypeVar("Record")
 
 def rows(record: Record, index: Any) -> Record:
     """Returns the record of some worlds: every array indexed along ``W``."""
-    taken = {f.name: getattr(record, f.name)[index] for f in fields(record)}  # type: ignore[arg-type]
-    return type(record)(**taken)
+    return type(record)(**{name: array[index] for name, array in vars(record).items()})
 
 
 def copied(record: Record) -> Record:
@@ -35,8 +34,8 @@ def copied(record: Record) -> Record:
 
 def put_rows(record: Record, index: Any, new: Record) -> None:
     """Overwrites some worlds of a record, in place."""
-    for f in fields(record):  # type: ignore[arg-type]
-        getattr(record, f.name)[index] = getattr(new, f.name)
+    for name, array in vars(record).items():
+        array[index] = getattr(new, name)
 
 
 @dataclass
@@ -72,9 +71,9 @@ class State:
 
 @dataclass
 class Sensed:
-    """What the boats know: one measurement and one filtered estimate, shared by the team.
+    """What the boats, and policies, know: one measurement and one estimate, shared by the team.
 
-    Scripted and learned policies know nothing else. Without noise all motions are the true one.
+    Without noise all motions are the true one.
 
     Attributes:
         measured: (W, B, 6) the latest raw measurement, as ``State.motion``.
@@ -125,11 +124,9 @@ class InitialState:
 class Ending:
     """Whether and why episodes end, each (W,) bool.
 
-    Success and leaving the arena terminate an episode, the time limit truncates it.
-
     Attributes:
         reached, strayed, timed_out: causes; ``strayed`` is leaving the arena.
-        terminated: episodes that ended by what happened in them.
+        terminated: episodes that ended by what happened in them: success or leaving the arena.
         truncated: episodes that ended by the clock alone.
     """
 

@@ -45,9 +45,6 @@ class Adapter:
     """
 
     metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}
-    params: EnvParams
-    simulation: Simulation
-    render_mode: str | None
     _viewer: Any = None
 
     def _open(
@@ -62,7 +59,8 @@ class Adapter:
         """Makes the simulation; see ``presets.make_params`` and ``Simulation``."""
         if render_mode is not None:
             choice("render_mode", render_mode, MODES)
-        self.params, self.render_mode = params, render_mode
+        self.params = params
+        self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": params.clock.control, **metadata}
         self.simulation = Simulation(params, num_worlds, worlds_per_space, initial_states)
         self._stage = Stage.NEW
@@ -114,8 +112,7 @@ class Adapter:
         self._require("render", Stage.RUNNING, Stage.OVER)
         if self.render_mode is None:
             gymnasium.logger.warn(
-                "render: nothing to draw without a render_mode; make the environment with "
-                "render_mode='rgb_array' or 'human'"
+                "render: nothing to draw; give render_mode='rgb_array' or 'human'"
             )
             return None
         if self._viewer is None:
@@ -130,7 +127,7 @@ class Adapter:
             self._frame()
 
 
-def boat_spaces(params: EnvParams, *leading: int) -> tuple[Space[Observation], Space[Action]]:
+def boat_spaces(params: EnvParams, *leading: int) -> tuple[Space[Any], Space[Any]]:
     """Returns the spaces of observations (..., K) and actions (..., 2) with these leading axes."""
     bound = observation.bounds(observation.features(params))
     high = np.broadcast_to(bound, (*leading, len(bound)))
@@ -148,9 +145,7 @@ def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ())
     if options is None:
         return None
     if not isinstance(options, Mapping):
-        raise TypeError(
-            f"options = {options!r}: give a mapping such as {{'goal': [x, y, heading]}}"
-        )
+        raise TypeError(f"options = {options!r}: give a mapping like {{'goal': [x, y, heading]}}")
     known = ["goal", *others]
     for name in set(options) - set(known):
         hint = nearest(name, known) or f" Known: {', '.join(map(repr, known))}."

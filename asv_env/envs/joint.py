@@ -75,8 +75,8 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
             Observation (A, K), reward, terminated, truncated, info.
 
         Raises:
-            ValueError: a wrong shape, NaN or infinity; before a reset, after the end of an
-                episode or after close (``ResetNeededError``, ``ClosedError``).
+            ValueError: a wrong shape, NaN or infinity; ``ResetNeededError`` where no episode is
+                running; ``ClosedError`` after close.
         """
         self._require("step", Stage.RUNNING)
         action, shape = np.asarray(action), self.action_space.shape

@@ -23,8 +23,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     Observation: (K,) float32 for each agent.
     Action: (2,) float32 in [-1, 1] for each agent; finite values outside are clipped.
     Reward: a float for each agent.
-    End: all agents live and end together. Success and leaving the arena terminate, the time
-    limit truncates; then ``agents`` is empty until the next reset.
+    End: as of ``JointEnv``, for all agents together; then ``agents`` is empty until the next reset.
     Info: as of ``JointEnv``, with the terms of the agent's own reward.
 
     Args:

@@ -3,7 +3,6 @@
 import time
 from typing import Any
 
-import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
@@ -31,15 +30,12 @@ class BoatVecEnv(Adapter, VecEnv):
     """Rows = worlds x boats, world by world: boat i of world w is row ``w * A + i``.
 
     Observation: (W A, K) float32; with ``with_state`` a dictionary of "obs", the same, and
-    "state" (W A, S) float32, the true state of the row's world, for a centralised critic; see
-    ``global_state``.
+    "state" (W A, S) float32 of the row's world, for a centralised critic; see ``global_state``.
     Action: (W A, 2) float32 in [-1, 1]; finite values outside are clipped.
     Reward: (W A,) float32, one of each boat.
-    End: the boats of a world end together, and the world begins its next episode in the same
-    step. Success and leaving the arena terminate, the time limit truncates.
+    End: as of ``JointEnv``; the world begins its next episode in the same step.
     Info: at the end of an episode "terminal_observation", "TimeLimit.truncated", "episode" (r,
-    l, t: what a Monitor would write, so that SB3's logs need no wrapper) and the metrics of the
-    episode, see ``metrics.summary``.
+    l, t, as a ``Monitor`` writes) and the metrics, see ``metrics.summary``.
 
     ``seed`` and ``set_options`` count in rows; a world takes those of its first row. SB3's
     ``evaluate_policy`` counts episodes in rows too: multiply ``n_eval_episodes`` by the boats.
@@ -81,7 +77,6 @@ class BoatVecEnv(Adapter, VecEnv):
         self._return = np.zeros((num_envs, self._team))
         self._actions: Action | None = None
         self._began = time.time()
-        observation_space: gymnasium.Space[Any]
         observation_space, action_space = boat_spaces(params)
         self._shape = (num_envs, self._team, *(observation_space.shape or ()))
         if with_state:
@@ -91,10 +86,7 @@ class BoatVecEnv(Adapter, VecEnv):
         self.metadata["render_fps"] = params.clock.control
 
     def reset(self) -> RowObservation:
-        """Begins new episodes of all worlds, with the seeds and options that were set.
-
-        Returns:
-            Observations of all rows.
+        """Begins episodes with the seeds and options that were set; returns all observations.
 
         Raises:
             ValueError: a bad seed or goal, or the environment is closed.
@@ -110,10 +102,8 @@ class BoatVecEnv(Adapter, VecEnv):
         self._reset_seeds()
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
-        self._limit[...] = self.params.time_limit_ticks
-        if self._stagger:
-            shares = np.arange(1, self.num_worlds + 1) / self.num_worlds
-            self._limit[...] = np.ceil(shares * self.params.time_limit_ticks)
+        shares = np.arange(1, self.num_worlds + 1) / self.num_worlds if self._stagger else 1.0
+        self._limit[...] = np.ceil(shares * self.params.time_limit_ticks)
         self._return[...] = 0.0
         self._actions = None
         self._stage = Stage.RUNNING
@@ -124,8 +114,8 @@ class BoatVecEnv(Adapter, VecEnv):
         """Takes the actions (W A, 2) of the next step.
 
         Raises:
-            ValueError: a wrong shape; before a reset or after close (``ResetNeededError``,
-                ``ClosedError``).
+            ValueError: a wrong shape; ``ResetNeededError`` before a reset, ``ClosedError``
+                after close.
         """
         self._require("step", Stage.RUNNING)
         actions = np.asarray(actions)
@@ -156,12 +146,9 @@ class BoatVecEnv(Adapter, VecEnv):
             self._return[over] = 0.0
             self._limit[over] = self.params.time_limit_ticks
         self._show()
-        return (
-            self._by_row(observation, slice(None)),
-            step.reward.astype(np.float32).reshape(-1),
-            np.repeat(over, self._team),
-            infos,
-        )
+        by_row = self._by_row(observation, slice(None))
+        rewards = step.reward.astype(np.float32).reshape(-1)
+        return by_row, rewards, np.repeat(over, self._team), infos
 
     def _report_ends(
         self, infos: list[dict[str, Any]], over: Bool, terminated: Bool, observation: Observation

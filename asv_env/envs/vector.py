@@ -33,8 +33,8 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
     End: success and leaving the arena terminate, the time limit truncates.
     Info: as of ``JointEnv``, in the format of Gymnasium's vector environments.
 
-    It does what Gymnasium's ``SyncVectorEnv`` of ``JointEnv`` does, to the bit with
-    ``worlds_per_space=1``, many times faster.
+    Equal to Gymnasium's ``SyncVectorEnv`` of ``JointEnv``, to the bit with
+    ``worlds_per_space=1``, and many times faster.
 
     Args:
         num_envs: W.
@@ -85,9 +85,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         Args:
             seed: seed of world 0, world i gets ``seed + i``; or one for each world; None
                 continues the worlds' Generators.
-            options: ``{"goal": [x m, y m, heading rad]}`` sets the goal of these episodes;
-                "reset_mask" (W,) bool selects the worlds to reset; other keys are ignored with
-                a warning.
+            options: as of ``JointEnv``; and "reset_mask" (W,) bool selects the worlds to reset.
 
         Returns:
             Observations (W, A, K) of all worlds and empty infos.
@@ -119,22 +117,19 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             Observations (W, A, K), rewards (W,), terminated (W,), truncated (W,), infos.
 
         Raises:
-            ValueError: a wrong shape, NaN or infinity; before a reset or after close, and
-                without autoreset after the end of an episode (``ResetNeededError``,
-                ``ClosedError``).
+            ValueError: as ``JointEnv.step``, with autoreset not after the end of an episode.
         """
         self._require("step", Stage.RUNNING)
         resetting = self._over
         if resetting.any():
             actions = self._without(actions, resetting)
         step = self.simulation.step(actions)
-        terminated = step.ending.terminated & ~resetting
-        truncated = step.ending.truncated & ~resetting
+        ending = step.ending
+        terminated, truncated = ending.terminated & ~resetting, ending.truncated & ~resetting
         reward = np.where(resetting, 0.0, team_mean(step.reward))
         over = terminated | truncated
         same_step = self._mode is AutoresetMode.SAME_STEP
         infos = self._infos(step, over, ~resetting, same_step)
-
         observation = step.observation
         fresh = over if same_step else resetting
         if fresh.any():
@@ -182,13 +177,8 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         last = np.full(self.num_envs, None, dtype=object)
         for world in np.flatnonzero(over):
             last[world] = step.observation[world].copy()
-        final = _masked({"reward_terms": terms, **summary}, over)
-        return infos | {
-            "final_obs": last,
-            "_final_obs": over.copy(),
-            "final_info": final,
-            "_final_info": over.copy(),
-        }
+        infos |= {"final_obs": last, "_final_obs": over.copy()}
+        return infos | _masked({"final_info": {"reward_terms": terms, **summary}}, over)
 
     def _mask(self, mask: Any) -> Bool:
         if mask is None:
@@ -207,26 +197,19 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             return list(seed)
         if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
             return [seed + world for world in range(self.num_envs)]
-        return [seed] * self.num_envs
+        return [seed] * self.num_envs  # None, or what the simulation refuses
 
 
 def _masked(values: Mapping[str, Any], mask: Bool) -> dict[str, Any]:
-    """Returns infos of some worlds in the format of Gymnasium's vector environments.
+    """Returns infos of the worlds in a mask (W,), in the format of Gymnasium's vector environments.
 
-    Args:
-        values: arrays (W,), or mappings of arrays, by name.
-        mask: (W,) worlds that have them.
-
-    Returns:
-        Each value, zero where there is none, and its mask under the name with "_" before it.
+    Each of the arrays (W,), or mappings of arrays, by name is zero where there is none, and has
+    its mask under the name with "_" before it.
     """
     infos: dict[str, Any] = {}
-    everywhere = mask.all()
     for name, value in values.items():
         if isinstance(value, Mapping):
             infos[name] = _masked(value, mask)
-        elif everywhere:
-            infos[name] = value.copy()
         else:
             infos[name] = np.where(mask, value, value.dtype.type(0))
         infos[f"_{name}"] = mask.copy()

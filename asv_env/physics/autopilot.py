@@ -41,13 +41,10 @@ class Autopilot:
         self._quadratic = per_motor * np.array([boat.surge[1], boat.yaw[1]])
 
     def demand_at_rest(self, action: Float) -> Float:
-        """Returns the demand (..., 2), N, of a boat at rest.
+        """Returns the demand (..., 2), N, of a boat at rest for an action (..., 2) in [-1, 1].
 
         It is the drag of the wanted motion plus the gain times that motion. The demand of a
         moving boat is less by ``gains`` times its speed and yaw rate.
-
-        Args:
-            action: (..., 2) forward speed and yaw rate, in units of a full action.
         """
         target = action * SCALE
         return (self.gains + self._linear + self._quadratic * np.abs(target)) * target

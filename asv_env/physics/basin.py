@@ -30,29 +30,22 @@ class _Transfer:
     """Copies fields of all bodies of a Space from or to an array, in the order of their adding.
 
     It does what ``pymunk.batch`` does, but makes the request once and not at every call: for few
-    worlds making it costs more than the physics.
-
-    Args:
-        space: the Space with the bodies.
-        fields: the fields to read or write.
-        rows: (bodies or more, fields) contiguous.
-        visitor: name of the function in Pymunk's C code that is called for each body.
+    worlds making it costs more than the physics. ``rows`` (bodies or more, fields) is contiguous,
+    ``visitor`` names the function in Pymunk's C code that is called for each body.
     """
 
     def __init__(self, space: pymunk.Space, fields: BodyFields, rows: Float, visitor: str) -> None:
         buffer = Buffer()
         buffer.set_float_buf(rows.reshape(-1))
-        self._alive = buffer, space
-        self._floats = buffer._float_arr
-        self._request = batch.ffi.new("pmBatchedData *")
-        self._request.fields = fields.value
-        self._request.floatArray, self._request.intArray = buffer._float_arr, buffer._int_arr
-        self._each_body = batch.lib.cpSpaceEachBody
-        self._arguments = space._space, batch.ffi.addressof(batch.lib, visitor), self._request
+        self._alive, self._floats = (buffer, space), buffer._float_arr
+        request = batch.ffi.new("pmBatchedData *")
+        request.fields = fields.value
+        request.floatArray, request.intArray = buffer._float_arr, buffer._int_arr
+        self._arguments = space._space, batch.ffi.addressof(batch.lib, visitor), request
 
     def __call__(self) -> None:
         self._floats.num = 0
-        self._each_body(*self._arguments)
+        batch.lib.cpSpaceEachBody(*self._arguments)
 
 
 @dataclass
@@ -60,7 +53,6 @@ class _Pool:
     """One Space with some of the worlds, and the transfers to and from it."""
 
     space: pymunk.Space
-    bodies: list[pymunk.Body]
     read: _Transfer
     write: _Transfer
     contacts: Buffer
@@ -76,7 +68,7 @@ class Basin:
     """
 
     def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
-        self._params = params
+        self._params, self._worlds_per_space = params, worlds_per_space
         self._dt = params.clock.dt
         shape = (num_worlds, 1 + params.num_boats)
         rows = shape[0] * shape[1]
@@ -89,13 +81,12 @@ class Basin:
         self.force = self._force_rows[:rows].reshape(*shape, 3)
 
         self._tile = np.zeros((num_worlds, 1, 2))
+        self._bodies: list[list[pymunk.Body]] = []
         self._walls: list[list[pymunk.Segment]] = [[] for _ in range(num_worlds)]
         self._pools: list[_Pool] = []
         for first in range(0, num_worlds, worlds_per_space):
             self._add_pool(range(first, min(first + worlds_per_space, num_worlds)))
-        self._bodies = [body for pool in self._pools for body in pool.bodies]
-        self._spaces = [pool.space for pool in self._pools for _ in pool.bodies[:: shape[1]]]
-        identities = np.array([body.id for body in self._bodies], dtype=np.uintp)
+        identities = np.array([body.id for bodies in self._bodies for body in bodies], np.uintp)
         self._by_identity = np.argsort(identities)
         self._identities = identities[self._by_identity]
         for pool in self._pools:
@@ -126,11 +117,10 @@ class Basin:
             inertias: (B,) effective moments of inertia, kg m^2.
             friction: Coulomb coefficient of every contact in the world.
         """
-        count = self.motion.shape[1]
-        first = world * count
+        space = self._pools[world // self._worlds_per_space].space
         tile_x, tile_y = self._tile[world, 0]
         root = math.sqrt(friction)  # Chipmunk multiplies the coefficients of the two shapes.
-        for row, body in enumerate(self._bodies[first : first + count]):
+        for row, body in enumerate(self._bodies[world]):
             x, y, heading, vx, vy, yaw_rate = motion[row].tolist()
             # A step of no length uses up the bias velocities, which survive a change of position.
             pymunk.Body.update_position(body, 0.0)
@@ -140,7 +130,7 @@ class Basin:
             body.force, body.torque = (0.0, 0.0), 0.0
             for shape in body.shapes:
                 shape.friction = root
-            self._spaces[world].reindex_shapes_for_body(body)
+            space.reindex_shapes_for_body(body)
         for wall in self._walls[world]:
             wall.friction = root
         self.motion[world] = motion
@@ -168,8 +158,7 @@ class Basin:
         for body, partner in ((0, 1), (1, 0)):
             hull = is_hull[:, body]
             by_vessel = is_hull[:, partner] & (row[:, partner] == 0)
-            kind = np.where(by_vessel, 0, 1)
-            touches[world[hull, body], row[hull, body], kind[hull]] = True
+            touches[world[hull, body], row[hull, body], 1 - by_vessel[hull]] = True
 
     def _add_pool(self, worlds: range) -> None:
         """Adds a Space with the bodies of these worlds."""
@@ -183,20 +172,18 @@ class Basin:
         space.collision_slop = 1e-4
         # Contacts that have ended are forgotten at once, so that none outlives a reset.
         space.collision_persistence = 1
-        bodies = []
-        spacing = self._tile_spacing(cell)
-        columns = math.ceil(math.sqrt(len(worlds)))
+        spacing, columns = self._tile_spacing(cell), math.ceil(math.sqrt(len(worlds)))
         for index, world in enumerate(worlds):
             tile = (spacing * (index % columns), spacing * (index // columns))
             self._tile[world] = tile
             if params.water.walls is not None:
                 self._walls[world] = _add_walls(space, tile, params.water.walls)
-            bodies += [_add_hull(space, tile, vessel)]
-            bodies += [_add_hull(space, tile, boat) for _ in range(params.num_boats)]
+            hulls = [vessel] + [boat] * params.num_boats
+            self._bodies.append([_add_hull(space, tile, hull) for hull in hulls])
         first = worlds[0] * count
         read = _Transfer(space, MOTION, self._motion_rows[first:], READER)
         write = _Transfer(space, WRENCH, self._force_rows[first:], WRITER)
-        self._pools.append(_Pool(space, bodies, read, write, Buffer()))
+        self._pools.append(_Pool(space, read, write, Buffer()))
 
     def _tile_spacing(self, cell: float) -> float:
         """Returns the distance between tiles, m: arena, hulls across its edge, and clearance."""
@@ -208,9 +195,7 @@ def _add_hull(space: pymunk.Space, tile: tuple[float, float], hull: HullParams) 
     """Adds a body at the tile's centre, with its centre of mass amidships, and returns it."""
     body = pymunk.Body(hull.total_mass, hull.total_inertia)
     body.position = tile
-    shape = pymunk.Poly(body, hull.outline)
-    shape.elasticity = 0.0
-    space.add(body, shape)
+    space.add(body, pymunk.Poly(body, hull.outline))
     return body
 
 
@@ -219,11 +204,7 @@ def _add_walls(space: pymunk.Space, tile: tuple[float, float], half: float) -> l
     x, y = tile
     d = half + WALL_THICKNESS / 2
     corners = [(x - d, y - d), (x + d, y - d), (x + d, y + d), (x - d, y + d)]
-    walls = [
-        pymunk.Segment(space.static_body, a, b, WALL_THICKNESS / 2)
-        for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
-    ]
-    for wall in walls:
-        wall.elasticity = 0.0
+    sides = zip(corners, corners[1:] + corners[:1], strict=True)
+    walls = [pymunk.Segment(space.static_body, a, b, WALL_THICKNESS / 2) for a, b in sides]
     space.add(*walls)
     return walls

@@ -12,11 +12,7 @@ from asv_env.types import Bool, Complex, Float, InitialState
 
 
 class Dynamics:
-    """Bodies, motors and water of ``num_worlds`` worlds.
-
-    Attributes:
-        motors: the motors of all boats.
-    """
+    """Bodies, ``motors`` and water of ``num_worlds`` worlds."""
 
     def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
         self._params = params
@@ -30,23 +26,19 @@ class Dynamics:
         self.motors = Motors(self._boat, num_worlds, params.num_boats)
 
         shape = (num_worlds, len(hulls))
-        self._linear, self._quadratic = np.ones((*shape, 3)), np.ones((*shape, 3))
-        self._dt_per_mass, self._softening = np.ones((*shape, 3)), np.ones((*shape, 3))
-        self._make_views()
+        self._linear, self._quadratic = np.ones((2, *shape, 3))
+        self._dt_per_mass, self._softening = np.ones((2, *shape, 3))
         self._make_buffers(shape)
 
-    def _make_views(self) -> None:
-        """Makes views (W, B) of the basin's arrays, world frame.
+    def _make_buffers(self, shape: tuple[int, int]) -> None:
+        """Makes the arrays of a physics step for ``shape`` = (W, B), and views of them.
 
         They are made once: for few worlds NumPy's calls cost more than the physics.
         """
-        motion, force = self._basin.motion, self._basin.force
+        motion, force = self._basin.motion, self._basin.force  # world frame
         self._heading, self._yaw_rate = motion[..., 2], motion[..., 5]
         self._velocity = plane(motion, 3)
         self._force, self._moment = plane(force), force[..., 2]
-
-    def _make_buffers(self, shape: tuple[int, int]) -> None:
-        """Makes the arrays of a physics step for ``shape`` = (W, B), and views of them."""
         self._direction = np.empty(shape, dtype=np.complex128)
         self._cos, self._sin = self._direction.real, self._direction.imag
         # In the hulls' own frames: velocity relative to the water, thrust, all that acts.
@@ -113,15 +105,9 @@ class Dynamics:
         if self._params.water.current != "still":
             flow = self.current(plane(self._basin.world_motion()))
             self._relative_planar -= flow * self._direction.conj()
-        water.damped(
-            self._thrust_wrench,
-            self._relative_velocity,
-            self._linear,
-            self._quadratic,
-            self._dt_per_mass,
-            self._softening,
-            out=self._wrench,
-        )
+        velocity, drag = self._relative_velocity, (self._linear, self._quadratic)
+        step = self._dt_per_mass, self._softening
+        water.damped(self._thrust_wrench, velocity, *drag, *step, out=self._wrench)
         np.multiply(self._wrench_planar, self._direction, out=self._force)
         self._moment[...] = self._wrench_yaw
 

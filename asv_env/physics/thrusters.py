@@ -34,19 +34,13 @@ class Motors:
         self._lever_arm = boat.lever_arm
         self.thrust = np.zeros((num_worlds, num_boats, 2))
         self._left, self._right = self.thrust[..., 0], self.thrust[..., 1]
-        self._gain = np.ones(self.thrust.shape)
+        self._gain, self._response = np.ones((2, *self.thrust.shape))
         self._keep = np.ones((num_worlds, 1, 1))
-        self._response = np.ones(self.thrust.shape)
 
     def reset(self, world: int, gain: Float, dt_per_lag: float) -> None:
-        """Stops the motors of one world and sets their gains and lag.
+        """Stops the motors of one world and sets their gains (A, 2) and physics step over lag.
 
         The lag is integrated exactly for a thrust that is wanted for a whole step.
-
-        Args:
-            world: row of the world.
-            gain: (A, 2) factor on the thrust of each motor.
-            dt_per_lag: physics step over time constant.
         """
         self.thrust[world] = 0.0
         self._gain[world] = gain
@@ -57,12 +51,9 @@ class Motors:
         self._response = self._gain * working[..., None] * (1.0 - self._keep)
 
     def drive(self, wanted: Float, surge: Float, yaw: Float) -> None:
-        """Advances the thrusts by one physics step and writes the forces that result.
+        """Advances the thrusts, N, by one physics step towards those wanted (W, A, 2).
 
-        Args:
-            wanted: (W, A, 2) thrust to approach, N, within the limits of the motors.
-            surge: (W, A) receives the surge force, N.
-            yaw: (W, A) receives the yaw moment, N m.
+        ``surge`` and ``yaw``, each (W, A), receive the surge force, N, and the yaw moment, N m.
         """
         self.thrust *= self._keep
         self.thrust += self._response * wanted
