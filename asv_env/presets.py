@@ -8,7 +8,6 @@ are overrides of the defaults. One's own are registered, or given as mappings::
     make_params(scenario={"sensors": {"position_noise": 0.03}})
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
@@ -165,10 +164,8 @@ def _vessel(
     boat: BoatParams, team: int, preset: str, layers: tuple[Mapping[str, Any], ...]
 ) -> VesselParams:
     """The nominal vessel, as long as the team needs, with what is given on top."""
-    lengths = [_field(layer.get("vessel"), "length") for layer in layers]
-    given = [length for length in lengths if length is not None]
-    needed = max(NOMINAL_LENGTH, (team - 1) * (boat.width + 0.01))
-    vessel = VesselParams().stretched(given[-1] if given else needed)
+    needed = VesselParams().stretched(max(NOMINAL_LENGTH, (team - 1) * (boat.width + 0.01)))
+    vessel = VesselParams().stretched(_merged(needed, "vessel", layers).length)
     if preset == "paper_simulation":
         # "the sum of the ASVs' weights is equal to the individual weight of the vessel"
         vessel = replace(vessel, mass=team * boat.mass, inertia=None)
@@ -222,14 +219,3 @@ def _as_mapping(override: Any, section: str) -> dict[str, Any]:
             f"{section} = {override!r}: give its dataclass or a mapping of the fields that differ"
         )
     return dict(override)
-
-
-def _field(override: Any, name: str) -> float | None:
-    """Returns a field of an override, None where it is not given."""
-    if override is None or isinstance(override, Mapping):
-        value = (override or {}).get(name)
-    else:
-        value = getattr(override, name, None)
-    if value is not None and not (isinstance(value, int | float) and 0 < value < math.inf):
-        raise ValueError(f"{name} = {value!r}: must be a positive, finite number of metres")
-    return value

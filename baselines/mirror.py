@@ -52,25 +52,16 @@ class PushSideSelector:
 
     Where both are the same, slots and closure are the environment's. On the other side they
     follow from the estimate by the same rules.
-
-    Args:
-        params: parameters of the environment.
     """
 
     def __init__(self, params: EnvParams) -> None:
         self._params = params
 
     def view(self, sensed: Sensed, memory: PushSide | None, fresh: Bool) -> tuple[Sensed, PushSide]:
-        """Returns the world as a team that pushes from the +n side would sense it.
+        """Returns the world as a team that pushes from the +n side would sense it, and the sides.
 
-        Args:
-            sensed: what is measured.
-            memory: sides that the last call returned; None at the first call.
-            fresh: (W,) worlds in which the side is to be selected again.
-
-        Returns:
-            The view, in which the goal lies ahead of the team when the side is selected, and the
-            sides.
+        The goal lies ahead of the team when its side is selected: at the first call, where the
+        memory is None, and again in the worlds ``fresh`` (W,).
         """
         away = np.where(goal_lateral_offset(sensed) > 0, -1.0, 1.0)
         if memory is None:

@@ -21,22 +21,15 @@ class EnvParams:
 
     ``presets.make_params`` makes them from names and options.
 
-    Attributes:
-        definition: The ``asv_env.tasks.Task``: initial states, reward, termination, metrics.
-        num_boats: A, number of boats.
-        action_mode: "tracking" (forward speed and yaw rate) or "thrusters".
-        observation: Names of the features that a boat observes, or features of one's own, see
-            ``asv_env.sensing.observation``; None takes all.
-        boat, vessel, water, sensors, clock, task, variation, reward: Sections of parameters.
-
     Raises:
         ValueError: a team that does not fit the vessel, walls inside the start annulus,
             more failures than boats can bear.
     """
 
-    definition: Any
+    definition: Any  # the ``asv_env.tasks.Task``: initial states, reward, termination, metrics
     num_boats: int = 4
-    action_mode: str = "tracking"
+    action_mode: str = "tracking"  # speed and yaw rate; or "thrusters"
+    # Names of features, or features of one's own, see ``asv_env.sensing.observation``; None: all.
     observation: tuple[Any, ...] | None = None
     boat: BoatParams = field(default_factory=BoatParams)
     vessel: VesselParams = field(default_factory=VesselParams)

@@ -16,28 +16,17 @@ class HullParams:
 
     The drag along each axis is ``(linear + quadratic * |v|) * v`` of the velocity relative to
     the water. Added mass acts as effective mass and inertia, the same along every axis.
-
-    Attributes:
-        length: Length of the hull, m.
-        width: Width of the hull, m.
-        mass: Dry mass, kg.
-        added_mass: Effective added mass, kg.
-        inertia: Moment of inertia about the centre, kg m^2; None takes that of a uniform hull.
-        added_inertia: Effective added inertia, kg m^2.
-        surge: Drag along the hull's +x axis, (linear kg/s, quadratic kg/m).
-        sway: Drag along the hull's +y axis, (linear kg/s, quadratic kg/m).
-        yaw: Drag moment, (linear N m s, quadratic N m s^2).
     """
 
-    length: float
-    width: float
-    mass: float
-    added_mass: float
-    inertia: float | None
-    added_inertia: float
-    surge: tuple[float, float]
-    sway: tuple[float, float]
-    yaw: tuple[float, float]
+    length: float  # m
+    width: float  # m
+    mass: float  # dry mass, kg
+    added_mass: float  # effective, kg
+    inertia: float | None  # about the centre, kg m^2; None takes that of a uniform hull
+    added_inertia: float  # effective, kg m^2
+    surge: tuple[float, float]  # drag along +x, (linear kg/s, quadratic kg/m)
+    sway: tuple[float, float]  # drag along +y, (linear kg/s, quadratic kg/m)
+    yaw: tuple[float, float]  # drag moment, (linear N m s, quadratic N m s^2)
 
     def __post_init__(self) -> None:
         check_numbers(self, "length width mass", TINY)
@@ -81,15 +70,7 @@ class HullParams:
 
 @dataclass(frozen=True)
 class BoatParams(HullParams):
-    """A differential-drive micro-ASV. Nominal: 12 cm long, 0.23 m/s at full thrust.
-
-    Attributes:
-        bow: Width of the flat bow, m.
-        thrust: Thrust of one motor at full command ahead, N.
-        astern: Thrust astern as a fraction of that ahead.
-        lever_arm: Distance of each motor from the centre line, m.
-        lag: First-order time constant of the thrusters, s.
-    """
+    """A differential-drive micro-ASV. Nominal: 12 cm long, 0.23 m/s at full thrust."""
 
     length: float = 0.12
     width: float = 0.065
@@ -100,11 +81,11 @@ class BoatParams(HullParams):
     surge: tuple[float, float] = (0.03, 0.25)
     sway: tuple[float, float] = (0.08, 0.67)
     yaw: tuple[float, float] = (1e-4, 3.6e-5)
-    bow: float = 0.02
-    thrust: float = 0.010
-    astern: float = 0.6
-    lever_arm: float = 0.02
-    lag: float = 0.1
+    bow: float = 0.02  # width of the flat bow, m
+    thrust: float = 0.010  # of one motor at full command ahead, N
+    astern: float = 0.6  # thrust astern as a fraction of that ahead
+    lever_arm: float = 0.02  # distance of each motor from the centre line, m
+    lag: float = 0.1  # first-order time constant of the thrusters, s
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -133,11 +114,7 @@ class BoatParams(HullParams):
 
 @dataclass(frozen=True)
 class VesselParams(HullParams):
-    """A floating plank with cross fins at both ends, which limit its motion along its length.
-
-    Attributes:
-        fins: Quadratic surge drag of the fins, kg/m; it adds to that of the bare hull.
-    """
+    """A floating plank with cross fins at both ends, which limit its motion along its length."""
 
     length: float = NOMINAL_LENGTH
     width: float = 0.15
@@ -148,7 +125,7 @@ class VesselParams(HullParams):
     surge: tuple[float, float] = (0.20, 0.75)
     sway: tuple[float, float] = (0.10, 2.0)
     yaw: tuple[float, float] = (1.5e-3, 4e-3)
-    fins: float = 3.6
+    fins: float = 3.6  # quadratic surge drag of the fins, kg/m, on top of the bare hull's
 
     def __post_init__(self) -> None:
         super().__post_init__()

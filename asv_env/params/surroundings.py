@@ -10,30 +10,19 @@ CURRENTS = ("still", "uniform", "gyre", "double_gyre")
 
 @dataclass(frozen=True)
 class WaterParams:
-    """The water: drag model, current, contact friction and walls.
+    """The water: drag model, current, contact friction and walls."""
 
-    Attributes:
-        drag: "quadratic" for the full model, "linear" for plain linear and angular damping.
-        linear_speed: Speed at which linear drag equals the full one, m/s.
-        linear_yaw_rate: Yaw rate at which linear drag equals the full one, rad/s.
-        current: "still", "uniform", "gyre" (one vortex round the origin) or "double_gyre"
-            (two side by side, with a jet between them through the origin).
-        current_speed: Peak speed of the current, m/s.
-        current_heading: Direction in which a uniform current flows, rad.
-        gyre_size: Side of one square vortex cell, m; the pattern repeats beyond.
-        contact_friction: Coulomb friction coefficient between hulls.
-        walls: Half the side of a square basin with walls, m; None is open water.
-    """
-
-    drag: str = "quadratic"
-    linear_speed: float = 0.10
-    linear_yaw_rate: float = 0.5
-    current: str = "still"
-    current_speed: float = 0.0
-    current_heading: float = 0.0
-    gyre_size: float = 1.5
-    contact_friction: float = 0.3
-    walls: float | None = None
+    drag: str = "quadratic"  # or "linear": plain linear and angular damping
+    linear_speed: float = 0.10  # at which linear drag equals the full one, m/s
+    linear_yaw_rate: float = 0.5  # at which linear drag equals the full one, rad/s
+    # A gyre is one vortex round the origin, a double gyre two side by side, with a jet between
+    # them through the origin.
+    current: str = "still"  # one of ``CURRENTS``
+    current_speed: float = 0.0  # peak speed of the current, m/s
+    current_heading: float = 0.0  # direction in which a uniform current flows, rad
+    gyre_size: float = 1.5  # side of one square vortex cell, m; the pattern repeats beyond
+    contact_friction: float = 0.3  # Coulomb friction coefficient between hulls
+    walls: float | None = None  # half the side of a square basin with walls, m; None is open water
 
     def __post_init__(self) -> None:
         choice("drag", self.drag, ("quadratic", "linear"))
@@ -47,27 +36,16 @@ class WaterParams:
 
 @dataclass(frozen=True)
 class SensorParams:
-    """Noise of the measurement, independent at each sensing tick, and expectations of its filter.
+    """White noise of the measurement at each sensing tick, and expectations of its filter."""
 
-    Attributes:
-        position_noise: Standard deviation of x and of y, m.
-        heading_noise: Standard deviation of the heading, rad.
-        speed_noise: Standard deviation of vx and of vy, m/s.
-        yaw_rate_noise: Standard deviation of the yaw rate, rad/s.
-        acceleration: Acceleration that the filter expects of a boat, m/s^2.
-        yaw_acceleration: Yaw acceleration that the filter expects of a boat, rad/s^2.
-        vessel_acceleration: Acceleration that the filter expects of the vessel, m/s^2.
-        vessel_yaw_acceleration: Yaw acceleration that it expects of the vessel, rad/s^2.
-    """
-
-    position_noise: float = 0.0
-    heading_noise: float = 0.0
-    speed_noise: float = 0.0
-    yaw_rate_noise: float = 0.0
-    acceleration: float = 0.05
-    yaw_acceleration: float = 0.5
-    vessel_acceleration: float = 0.02
-    vessel_yaw_acceleration: float = 0.05
+    position_noise: float = 0.0  # standard deviation of x and of y, m
+    heading_noise: float = 0.0  # standard deviation of the heading, rad
+    speed_noise: float = 0.0  # standard deviation of vx and of vy, m/s
+    yaw_rate_noise: float = 0.0  # standard deviation of the yaw rate, rad/s
+    acceleration: float = 0.05  # that the filter expects of a boat, m/s^2
+    yaw_acceleration: float = 0.5  # that the filter expects of a boat, rad/s^2
+    vessel_acceleration: float = 0.02  # that the filter expects of the vessel, m/s^2
+    vessel_yaw_acceleration: float = 0.05  # that the filter expects of the vessel, rad/s^2
 
     def __post_init__(self) -> None:
         check_numbers(self, "position_noise heading_noise speed_noise yaw_rate_noise", 0.0)
@@ -83,17 +61,11 @@ class SensorParams:
 
 @dataclass(frozen=True)
 class ClockParams:
-    """Rates of the clocks; physics is a whole multiple of sensing, sensing of control.
+    """Rates of the clocks, Hz; physics is a whole multiple of sensing, sensing of control."""
 
-    Attributes:
-        physics: Rate of physics steps, Hz.
-        sensing: Rate of measurements, Hz.
-        control: Rate of actions, Hz.
-    """
-
-    physics: int = 50
-    sensing: int = 10
-    control: int = 10
+    physics: int = 50  # physics steps
+    sensing: int = 10  # measurements
+    control: int = 10  # actions
 
     def __post_init__(self) -> None:
         for name in ("physics", "sensing", "control"):
@@ -113,25 +85,15 @@ class ClockParams:
 
 @dataclass(frozen=True)
 class VariationParams:
-    """Random differences of each episode from the nominal world; a width of zero is none.
+    """Random differences of each episode from the nominal world; a width of zero is none."""
 
-    Attributes:
-        thrust: Largest relative difference of each motor's thrust.
-        drag: Largest relative difference of each hull's drag.
-        mass: Largest relative difference of each hull's mass.
-        lag: (smallest, largest) thruster time constant, s; None keeps that of the boat.
-        friction: (smallest, largest) contact friction; None keeps that of the water.
-        failures: Number of boats whose thrusters fail.
-        failure_time: (earliest, latest) time of a failure, s.
-    """
-
-    thrust: float = 0.0
-    drag: float = 0.0
-    mass: float = 0.0
-    lag: tuple[float, float] | None = None
-    friction: tuple[float, float] | None = None
-    failures: int = 0
-    failure_time: tuple[float, float] = (5.0, 60.0)
+    thrust: float = 0.0  # largest relative difference of each motor's thrust
+    drag: float = 0.0  # largest relative difference of each hull's drag
+    mass: float = 0.0  # largest relative difference of each hull's mass
+    lag: tuple[float, float] | None = None  # (smallest, largest), s; None keeps the boat's
+    friction: tuple[float, float] | None = None  # (smallest, largest); None: the water's
+    failures: int = 0  # number of boats whose thrusters fail
+    failure_time: tuple[float, float] = (5.0, 60.0)  # (earliest, latest) time of a failure, s
 
     def __post_init__(self) -> None:
         check_numbers(self, "thrust drag mass", 0.0, 0.95)

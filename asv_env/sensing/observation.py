@@ -42,21 +42,13 @@ Value = Callable[[View], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """A feature of an observation, of one or several columns.
-
-    Attributes:
-        name: Name of the feature.
-        value: Function that computes it, SI units.
-        scale: Scales by which the columns are divided; ``LENGTH`` is the vessel's length.
-        bound: Bounds to which the scaled columns are clipped, on both sides.
-        columns: Names of the columns, where they are not the feature's.
-    """
+    """A feature of an observation, of one or several columns."""
 
     name: str
-    value: Value
-    scale: tuple[float | None, ...]
-    bound: tuple[float, ...]
-    columns: tuple[str, ...] = ()
+    value: Value  # computes it, SI units
+    scale: tuple[float | None, ...]  # divisor of each column; ``LENGTH`` is the vessel's length
+    bound: tuple[float, ...]  # to which the scaled columns are clipped, on both sides
+    columns: tuple[str, ...] = ()  # names of the columns, where they are not the feature's
 
 
 def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:

@@ -35,14 +35,13 @@ class Sensors:
         self._noise = np.array(
             [p.position_noise] * 2 + [p.heading_noise] + [p.speed_noise] * 2 + [p.yaw_rate_noise]
         )
-        if not self._exact:
-            vessel = self._axes_gain(p.vessel_acceleration, p.vessel_yaw_acceleration)
-            boat = self._axes_gain(p.acceleration, p.yaw_acceleration)
-            self._gain = np.stack([vessel] + [boat] * params.num_boats)
         shape = (num_worlds, 1 + params.num_boats, 6)
         self.measured: Float = np.zeros(shape)
         self.estimate: Float = np.zeros(shape)
         if not self._exact:
+            vessel = self._axes_gain(p.vessel_acceleration, p.vessel_yaw_acceleration)
+            boat = self._axes_gain(p.acceleration, p.yaw_acceleration)
+            self._gain = np.stack([vessel] + [boat] * params.num_boats)
             self._block = np.zeros((num_worlds, BLOCK, *shape[1:]))
             self._drawn = np.full(num_worlds, BLOCK)
             self._rngs: dict[int, np.random.Generator] = {}
@@ -111,14 +110,9 @@ def corrected(predicted: Float, measured: Float, gain: Float) -> tuple[Float, Fl
 def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: float) -> Float:
     """Returns the gain of the steady-state Kalman filter of a pose and its rate, both measured.
 
-    Args:
-        acceleration: standard deviation of the mean over a tick of the acceleration, white noise.
-        pose_noise: standard deviation of the measured pose.
-        rate_noise: standard deviation of the measured rate.
-        dt: length of a tick, s.
-
-    Returns:
-        (2, 2) gain of (pose, rate) to the innovation of (pose, rate).
+    It is (2, 2), of (pose, rate) to the innovation of (pose, rate). Standard deviations are those
+    of the measured pose and rate, and of the mean over a tick of ``dt`` s of the acceleration,
+    white noise.
     """
     transition = np.array([[1.0, dt], [0.0, 1.0]])
     measured = np.diag(np.square(np.maximum([pose_noise, rate_noise], NO_NOISE)))

@@ -50,13 +50,8 @@ def assign(boats: Complex, points: Complex) -> np.ndarray:
 def assign_slots(params: EnvParams, motion: Float, working: Bool, side: Float | float) -> Complex:
     """Returns the slots (A,) of one world's boats, vessel frame, m, assigned to the working ones.
 
-    They are those of a team of the working boats; a boat that has failed keeps its place.
-
-    Args:
-        params: Parameters of the environment.
-        motion: (B, 6) motion of the world.
-        working: (A,) whether each boat's thrusters work.
-        side: Side from which the vessel is pushed, +1 or -1.
+    They are those of a team of the working boats (A,), on the side +1 or -1 of a motion (B, 6); a
+    boat that has failed keeps its place.
     """
     boats = (plane(motion)[1:] - plane(motion)[0]) * np.exp(-1j * motion[0, 2])
     slot = boats.copy()
@@ -134,14 +129,8 @@ def closure(
 ) -> Bool:
     """Returns (W,) whether the vessel is in conditional closure.
 
-    Closure is formed when all slots are occupied, and lost when a boat is far from its slot.
-
-    Args:
-        relations: Relations of the motion.
-        formed: (W,) whether all slots are occupied now.
-        closed: (W,) whether the vessel was in closure until now.
-        working: (W, A) whether each boat's thrusters work.
-        task: Tolerances of the slots.
+    Closure is formed when all slots are occupied (``formed``), and lost when one of the working
+    boats (W, A) is far from its slot; ``closed`` tells whether the vessel was in closure until now.
     """
     near = relations.slot_error <= CLOSURE_LOST * task.slot_distance
     return formed | (closed & everyone(near, working))

@@ -2,19 +2,7 @@
 
 Terms of progress are differences of potentials, so that they cannot be farmed: what is gained on
 the way there is lost on the way back (Ng, Harada and Russell, 1999). All terms but effort and
-collision are shared by the team.
-
-==========  ====================================================================
-closure     progress to the slots: fall of the boats' mean distance, vessel lengths
-delivery    progress to the goal: fall of the cost-to-go, vessel lengths
-precision   rise of a Gaussian round the goal, 8 cm (nominal size) and 0.2 rad wide
-success     1 at the tick at which the task is done; a fraction of a delivery depends on a
-            narrow Gaussian round the goal, 2 cm (nominal size) and 0.05 rad wide
-strayed     -1 at the tick at which a body leaves the arena, and the time that was left
-time        -1 each second
-effort      minus the boat's mean squared thrust over full thrust, each second
-collision   -1 each second in which the boat touches another boat or a wall
-==========  ====================================================================
+collision are shared by the team. The sizes of the Gaussians grow with the vessel.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,20 +29,12 @@ LARGEST_STEP = 1.0
 
 @dataclass
 class Transition:
-    """One control tick, from which the terms are computed.
+    """One control tick, from which the terms are computed."""
 
-    Attributes:
-        relations: True relations after the tick.
-        previous: True state before the tick.
-        state: True state after the tick.
-        ending: How the worlds stand after the tick.
-        params: Parameters of the environment.
-    """
-
-    relations: Relations
-    previous: State
-    state: State
-    ending: Ending
+    relations: Relations  # true, after the tick
+    previous: State  # true state before the tick
+    state: State  # true state after the tick
+    ending: Ending  # how the worlds stand after the tick
     params: EnvParams
 
     @property
@@ -69,21 +49,13 @@ Potential = Callable[[Relations, State, EnvParams], Float]
 
 @dataclass(frozen=True)
 class Term:
-    """One row of a table of rewards: a function of the transition, or the rise of a potential.
+    """One row of a table of rewards: a function of the transition, or the rise of a potential."""
 
-    Attributes:
-        name: Name under which the term is reported.
-        value: Function from a transition to values (W,), or (W, A) where ``shared`` is False.
-        potential: Function whose rise in a tick, bounded by ``LARGEST_STEP``, is the value.
-        weight: Factor on the value, or the field of ``RewardParams`` that holds it.
-        shared: Whether all boats of a world get the same value.
-    """
-
-    name: str
-    value: Callable[[Transition], Float] | None = None
-    potential: Potential | None = None
-    weight: float | str = 1.0
-    shared: bool = True
+    name: str  # under which the term is reported
+    value: Callable[[Transition], Float] | None = None  # to values (W,), or (W, A) if not shared
+    potential: Potential | None = None  # whose rise, at most ``LARGEST_STEP``, is the value
+    weight: float | str = 1.0  # factor on the value, or the field of ``RewardParams`` that holds it
+    shared: bool = True  # whether all boats of a world get the same value
 
     def __post_init__(self) -> None:
         if (self.value is None) == (self.potential is None):
@@ -109,22 +81,18 @@ def closeness_to_goal(relations: Relations, state: State, params: EnvParams) -> 
 
 
 def precision(relations: Relations, state: State, params: EnvParams) -> Float:
-    """Gaussian round the goal pose; 1 at the goal."""
+    """Gaussian round the goal pose, ``GAUSSIAN`` wide; 1 at the goal."""
     return _gaussian(relations, params, *GAUSSIAN)
 
 
 def cost_to_go(relations: Relations, side: Float, size: float) -> Float:
     """Length (W,) of the vessel's path to its goal, m, where a turn counts as a distance too.
 
-    Either the vessel turns until the goal lies where the team pushes, goes there, and turns to
-    the goal's heading; or, near the goal, it moves there without turning first, which costs
-    several times the distance, and turns. The cheaper one counts: a plain distance would take
-    the first turn for a step back.
-
-    Args:
-        relations: True relations.
-        side: (W,) side of the vessel from which the team pushes, +1 or -1.
-        size: Length of the vessel over the nominal one.
+    Either the vessel turns until the goal lies where the team pushes (from ``side`` (W,), +1 or
+    -1), goes there, and turns to the goal's heading; or, near the goal, it moves there without
+    turning first, which costs several times the distance, and turns. The cheaper one counts: a
+    plain distance would take the first turn for a step back. ``size`` is that over the nominal
+    vessel's.
     """
     distance, turn = relations.goal_error, -relations.heading_error
     ahead = relations.goal * (1j * side)
@@ -140,7 +108,7 @@ def success(now: Transition) -> Float:
 
 
 def accurate_success(now: Transition) -> Float:
-    """Reward (W,) of a delivery, a fraction of which depends on how exact it is."""
+    """Reward (W,) of a delivery, a fraction of which is a Gaussian, ``NARROW_GAUSSIAN`` wide."""
     reward = success(now)
     if now.ending.reached.any():
         missed = 1.0 - _gaussian(now.relations, now.params, *NARROW_GAUSSIAN)
@@ -160,7 +128,7 @@ def time(now: Transition) -> Float:
 
 
 def effort(now: Transition) -> Float:
-    """Penalty (W, A) of thrust."""
+    """Penalty (W, A) of the boat's mean squared thrust over full thrust."""
     params, squares = now.params, np.add.reduce(np.square(now.state.thrust), axis=-1)
     return squares * (-0.5 * params.reward.effort * now.second / params.boat.thrust**2)
 

@@ -34,45 +34,26 @@ Cause = Callable[[Mapping[str, Any], EnvParams], str]
 
 @dataclass(frozen=True)
 class Metric:
-    """A number that is reported at the end of an episode, beside those of ``metrics.summary``.
+    """A number that is reported at the end of an episode, beside those of ``metrics.summary``."""
 
-    Attributes:
-        name: Key in ``info``.
-        value: Function of the true state and relations to values (W,).
-    """
-
-    name: str
-    value: Callable[[State, Relations, EnvParams], Float | Bool]
+    name: str  # key in ``info``
+    value: Callable[[State, Relations, EnvParams], Float | Bool]  # to values (W,)
 
 
 @dataclass(frozen=True)
 class Task:
-    """A task: data and pure functions, no state.
+    """A task: data and pure functions, no state."""
 
-    Attributes:
-        name: Name in tables, and in the registry ``asv_env.tasks.TASKS``.
-        initial_states: Distribution of initial states.
-        reward: Table of reward terms.
-        success: Whether the task is done.
-        cause: Why an episode failed, as tables name it.
-        metrics: Metrics of the task's own.
-        not_applicable: Columns of an episode's row that mean nothing for this task.
-        time_limit: Time limit for a vessel of nominal length, s.
-        starts_grasped: Whether episodes begin with the boats in their slots and the vessel in
-            closure.
-        has_goal: Whether the vessel is to be brought to a goal pose.
-    """
-
-    name: str
+    name: str  # in tables, and in the registry ``asv_env.tasks.TASKS``
     initial_states: InitialStates
-    reward: tuple[Term, ...]
+    reward: tuple[Term, ...]  # table of reward terms
     success: Success
-    cause: Cause
-    metrics: tuple[Metric, ...] = ()
-    not_applicable: tuple[str, ...] = ()
-    time_limit: float = 180.0
-    starts_grasped: bool = False
-    has_goal: bool = True
+    cause: Cause  # why an episode failed, as tables name it
+    metrics: tuple[Metric, ...] = ()  # metrics of the task's own
+    not_applicable: tuple[str, ...] = ()  # columns of an episode's row that mean nothing here
+    time_limit: float = 180.0  # for a vessel of nominal length, s
+    starts_grasped: bool = False  # whether episodes begin in closure, the boats in their slots
+    has_goal: bool = True  # whether the vessel is to be brought to a goal pose
 
     def __post_init__(self) -> None:
         names = [term.name for term in self.reward]

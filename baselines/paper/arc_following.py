@@ -48,18 +48,12 @@ def follow_arcs(relations: Relations, memory: Memory) -> None:
 def push_steering(
     relations: Relations, memory: Memory, mean_speed: float, half_length: float, gains: PaperGains
 ) -> Steering:
-    """Steers round the centre of the circle, at the speeds of Eq (16).
+    """Steers round the centre of the circle, at the speeds of Eq (16) for a vessel's speed in m/s.
 
     The inner boats keep their places along the hull, and by the difference of their speeds turn
-    the vessel's axis to the centre. Each end boat keeps abreast of the vessel on the planned
-    circle of its own place, and so pushes back a vessel that drifts off.
-
-    Args:
-        relations: of the boats to the targets that are assigned to them.
-        memory: of the controller, with the arcs.
-        mean_speed: of the vessel's centre, m/s.
-        half_length: of the vessel, m; targets beyond it are those of end boats.
-        gains: of the controller.
+    the vessel's axis to the centre. Each end boat, whose target lies beyond the half length of the
+    hull, m, keeps abreast of the vessel on the planned circle of its own place, and so pushes back
+    a vessel that drifts off. Relations are those to the assigned targets.
     """
     world = np.arange(len(memory.arc))
     centre, rho = memory.centre[world, memory.arc], memory.rho[world, memory.arc][:, None]

@@ -13,12 +13,9 @@ from baselines.paper.inputs import finite, finite_poses, not_negative
 
 
 def advance(pose: ArrayLike, curvature: ArrayLike, distance: ArrayLike) -> Float:
-    """Returns the poses (..., 3) m, m, rad after driving along one arc, heading not wrapped.
+    """Returns the poses (..., 3) m, m, rad after driving arcs of (...) m, heading not wrapped.
 
-    Args:
-        pose: (..., 3) m, m, rad.
-        curvature: (...) 1/m, heading rate dh/ds; 0 is straight along -n = (sin h, -cos h).
-        distance: (...) m.
+    The curvature (...) 1/m is the heading rate dh/ds; 0 is straight along -n = (sin h, -cos h).
     """
     pose = np.asarray(pose, dtype=np.float64)
     turn = np.multiply(curvature, distance, dtype=np.float64)
@@ -45,18 +42,13 @@ class ArcPath:
     the vessel's centre along the vessel's own +x axis (C_x in the paper), so dh/ds = curvature.
     Only forward motion can be expressed: a path is always legal to push.
 
-    Attributes:
-        start: (..., 3) m, m, rad.
-        curvature: (..., n) 1/m, signed; 0 is straight.
-        length: (..., n) m, >= 0.
-
     Raises:
         ValueError: a number is not finite, a length is negative, or the shapes do not fit.
     """
 
-    start: Float
-    curvature: Float
-    length: Float
+    start: Float  # (..., 3) m, m, rad
+    curvature: Float  # (..., n) 1/m, signed; 0 is straight
+    length: Float  # (..., n) m, >= 0
 
     def __post_init__(self) -> None:
         start = finite_poses("start", self.start)

@@ -4,6 +4,9 @@ The printed equation lacks dt, and its claim of constant speed is false: S is th
 and the tangential speed, not their Euclidean norm, which falls to S / sqrt(2) in between. With
 `unit_speed` both rates are divided by that norm. Either way the orbit is
 r ~ (1 - exp(-theta / sigma))^sigma, the spiral of Eq (4) only for sigma = 1.
+
+Arguments are arrays (...) that broadcast, as in `spiral`; ``r`` m > 0 is the distance from the
+target, ``speed`` is in m/s. A number out of range or not finite raises ValueError.
 """
 
 import numpy as np
@@ -22,19 +25,7 @@ def drift(
     sigma: ArrayLike,
     unit_speed: bool = False,
 ) -> tuple[Float, Float]:
-    """Rates dr/dt (...) m/s and dalpha/dt (...) rad/s without noise (Eq 8).
-
-    Args:
-        r: (...) m > 0, distance from the target.
-        alpha: (...) rad, direction in which the target sees the agent.
-        turn_direction: (...) D, 0 clockwise or 1 counter-clockwise.
-        speed: (...) m/s.
-        sigma: (...) rad > 0.
-        unit_speed: divide both rates so that the Euclidean speed is `speed`.
-
-    Raises:
-        ValueError: a number is out of range or not finite.
-    """
+    """Rates dr/dt (...) m/s and dalpha/dt (...) rad/s without noise (Eq 8)."""
     exponent = -angular_distance(alpha, np.pi / 2) / positive("sigma", sigma)
     inwards, around = np.exp(exponent), -np.expm1(exponent)
     pace = finite("speed", speed) / (np.hypot(inwards, around) if unit_speed else 1.0)
@@ -75,13 +66,10 @@ def simulate(
         noise_r: m / sqrt(s), standard deviation of r after 1 s of noise alone.
         noise_alpha: rad / sqrt(s), likewise of alpha.
         stop_radius: m > 0.
-        unit_speed: see `drift`.
+        unit_speed: see the module.
 
     Returns:
         Times (T,) s, and r (T, ...) m and alpha (T, ...) rad at them, the start included.
-
-    Raises:
-        ValueError: a number is out of range or not finite.
     """
     positive("stop_radius", stop_radius)
     if not finite("duration", duration) >= positive("dt", dt):

@@ -47,9 +47,6 @@ class PaperPolicy:
             of its simulation with thrusters, in proportion to the vessel's length.
         gains: what the paper leaves open.
         assignment: of the targets to the boats, called at every tick.
-
-    Raises:
-        ValueError: ``alpha1`` is not finite or ``arrival_time`` not positive.
     """
 
     def __init__(

@@ -15,13 +15,10 @@ from baselines.paper.inputs import finite, finite_points, numbers
 def speeds(
     points: ArrayLike, centre: ArrayLike, vessel_position: ArrayLike, mean_speed: ArrayLike
 ) -> Float:
-    """Speed (...) m/s of points of the vessel turning about `centre` (Eq 16).
+    """Speed (...) m/s of boats at points (..., 2) m of a vessel turning about `centre` (Eq 16).
 
-    Args:
-        points: (..., 2) m, the boats.
-        centre: (..., 2) m; an infinite coordinate means a straight: every speed is mean_speed.
-        vessel_position: (..., 2) m.
-        mean_speed: (...) m/s, speed of the vessel's centre.
+    The vessel's centre, at ``vessel_position`` (..., 2) m, moves at ``mean_speed`` (...) m/s; an
+    infinite coordinate of ``centre`` (..., 2) means a straight, with every speed the mean.
 
     Raises:
         ValueError: a number is NaN, or the vessel's centre is the centre of the circle.
@@ -42,13 +39,9 @@ def speeds(
 def normal_speeds(u: ArrayLike, curvature: ArrayLike, mean_speed: ArrayLike) -> Float:
     """Component (...) m/s along -n of the velocity that Eq (16) measures: S (rho - u) / rho.
 
-    Not negative for every boat along the vessel if and only if the radius is at least half the
-    vessel's length, which is the condition of conditional closure.
-
-    Args:
-        u: (...) m, the boats' positions along the vessel's +x axis.
-        curvature: (...) 1/m, 1/rho; 0 is a straight.
-        mean_speed: (...) m/s, speed of the vessel's centre.
+    Not negative for every boat along the vessel, at ``u`` m along its +x axis, if and only if the
+    radius is at least half the vessel's length, which is the condition of conditional closure. The
+    curvature is 1/rho, 1/m; 0 is a straight.
     """
     u, curvature = finite("u", u), finite("curvature", curvature)
     return finite("mean_speed", mean_speed) * (1 - curvature * u)

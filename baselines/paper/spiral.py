@@ -83,25 +83,18 @@ def approach_speed(
     min_speed: ArrayLike = 0.0,
     min_time: ArrayLike = 0.5,
 ) -> Float:
-    """Speed that ends a path on time (Eq 7), also when asked again and again along it.
+    """Speed (...) m/s that ends a path on time (Eq 7), also when asked again and again along it.
 
     Eq (7) is length / time; with stop_radius the path ends that much earlier. Asked online, the
     quotient is singular at the end: hence the floor of the time and the bounds of the speed.
 
     Args:
         length: (...) m, of the path that is left.
-        time_left: (...) s; below min_time, and negative when late, it counts as min_time.
+        time_left: (...) s, negative when late.
         stop_radius: (...) m.
         max_speed: (...) m/s, which may be infinite.
         min_speed: (...) m/s, at most max_speed; also the speed within stop_radius.
-        min_time: (...) s, > 0: a control period or more.
-
-    Returns:
-        (...) m/s.
-
-    Raises:
-        ValueError: min_time <= 0, min_speed > max_speed, another argument but time_left is
-            negative, or a number but max_speed is not finite.
+        min_time: (...) s, > 0, floor of the time: a control period or more.
     """
     slowest, fastest = not_negative("min_speed", min_speed), numbers("max_speed", max_speed)
     if not np.all(slowest <= fastest):

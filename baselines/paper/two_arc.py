@@ -67,17 +67,13 @@ def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
 
 
 def shortest(goal: ArrayLike, min_radius: ArrayLike) -> ArcPath:
-    """Shortest two-arc path from (0, 0, 0) to `goal` whose radii are at least `min_radius`.
+    """Shortest two-arc path from (0, 0, 0) to `goal` (..., 3) and radii of at least `min_radius`.
 
     At the optimum one of the two radii is the minimal one, so four values of alpha1 need testing
     (observed, not proved: docs/paper.md; the paper fixes alpha1 = 1 instead, which suits its own
     goal only). Where none of the four is feasible (goals near the start pose), the one
     with the largest smaller radius is returned: it ends on the goal, and `feasible` is False. A
     goal at the start pose gives a path of length zero.
-
-    Args:
-        goal: (..., 3) m, m, rad.
-        min_radius: (...) m.
 
     Raises:
         ValueError: a number is not finite, or min_radius <= 0.

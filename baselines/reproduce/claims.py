@@ -1,6 +1,6 @@
 """Claims of the paper that a simulation can test."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import combinations
 from typing import Any
@@ -17,7 +17,7 @@ from baselines.paper.paper_policy import PaperPolicy
 from baselines.paper.steering import nearest
 from baselines.policy import POLICIES, MakePolicy
 from baselines.reproduce.artefact import Job
-from baselines.reproduce.comparison_rows import Values, rows_of
+from baselines.reproduce.comparison_rows import Column, Values, rows_of
 from baselines.reproduce.paper_environments import before_closure, experiment, run, simulation
 from baselines.reproduce.single_runs import noisy_paper
 from baselines.rollout.episodes import PoseLog
@@ -91,21 +91,15 @@ def kept(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:
     return np.where(np.isnan(last), nearest(boat, slot, working, last), last)
 
 
-def numbered(points: Complex, boat: Complex, *_: Any) -> Complex:
-    """Assigns target i of ``points`` (A,) to boat i, wherever it is."""
-    return np.broadcast_to(points, boat.shape)
-
-
-def by_number(params: EnvParams) -> PaperPolicy:
-    """Returns the paper's policy whose boats go to the targets of their numbers."""
-    points = formation.slots(params, params.num_boats)
-    return PaperPolicy(params, assignment=partial(numbered, points))
+def by_number(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:
+    """Assigns the i-th target along the hull to boat i, wherever it is."""
+    return np.sort(slot, axis=-1)
 
 
 ATTRIBUTIONS: dict[str, MakePolicy] = {
     "re-attributed at each tick": PaperPolicy,
     "kept, least total distance at the start": partial(PaperPolicy, assignment=kept),
-    "kept, by the boats' numbers": by_number,
+    "kept, by the boats' numbers": partial(PaperPolicy, assignment=by_number),
 }
 
 
@@ -189,21 +183,17 @@ def missing_roles(job: Job, policy: str) -> Values:
     seeds = job.seeds(job.episodes)
     all_boats = run(POLICIES[policy], whole, seeds, f"{policy}, all boats")
     without = run(POLICIES[policy], broken, seeds, f"{policy}, one boat dead")
-    values: dict[str, dict[str, list[float | None]]] = {
-        f"{policy}, all boats": {
-            name: [value(log) for log in all_boats] for name, value in MEASURES.items()
-        }
+    roles = [role_of_dead(broken, seed) for seed in seeds]
+
+    def measured(logs: Sequence[PoseLog], applies: Sequence[bool]) -> dict[str, Column]:
+        pairs = list(zip(logs, applies, strict=True))
+        return {n: [value(log) if a else None for log, a in pairs] for n, value in MEASURES.items()}
+
+    return {
+        f"{policy}, all boats": measured(all_boats, [True] * len(seeds)),
+        f"{policy}, one inner boat dead": measured(without, [role == "inner" for role in roles]),
+        f"{policy}, one end boat dead": measured(without, [role == "end" for role in roles]),
     }
-    dead = [role_of_dead(broken, seed) for seed in seeds]
-    for role in ("inner", "end"):
-        values[f"{policy}, one {role} boat dead"] = {
-            name: [
-                value(log) if role == found else None
-                for log, found in zip(without, dead, strict=True)
-            ]
-            for name, value in MEASURES.items()
-        }
-    return values
 
 
 def one_boat_dead() -> EnvParams:

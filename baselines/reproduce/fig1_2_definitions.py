@@ -47,13 +47,8 @@ def _draw_closure(axes: Axes, params: EnvParams) -> None:
     sketch.hull(axes, params.vessel, np.zeros(3))
     for pose in poses:
         sketch.hull(axes, params.boat, pose, fc="none", lw=0.7)
-        sketch.arrow(
-            axes,
-            pose[:2],
-            sketch.ahead(pose, params.boat.length / 2),
-            color=palette.VERMILLION,
-            mutation_scale=5.0,
-        )
+        bow = sketch.ahead(pose, params.boat.length / 2)
+        sketch.arrow(axes, pose[:2], bow, color=palette.VERMILLION, mutation_scale=5.0)
     sketch.crosses(axes, poses[:, :2], palette.BLUE, 5.0)
 
 
@@ -62,8 +57,7 @@ def _draw_centres(axes: Axes, half: float) -> None:
     for side in (-1, 1):
         axes.plot([side * half, side * 0.6], [0, 0], color=palette.GREEN, lw=2.0, zorder=2)
     axes.plot([-half, half], [0, 0], ":", color=palette.VERMILLION, lw=1.2, zorder=4)
-    centre = np.array([EXAMPLE_RADIUS, 0.0])
-    axes.plot(*centre, "o", color=palette.GREEN, ms=3.5, zorder=7)
+    axes.plot(EXAMPLE_RADIUS, 0.0, "o", color=palette.GREEN, ms=3.5, zorder=7)
     sketch.label(axes, (EXAMPLE_RADIUS, 0.06), "C", palette.GREEN)
     arc = ArcPath(np.zeros(3), np.array([1 / EXAMPLE_RADIUS]), np.array([0.6 * EXAMPLE_RADIUS]))
     points = sketch.path_points(arc)
@@ -87,14 +81,12 @@ def quantities(job: Job) -> Figure:
     the target. Dashed: the spiral of Eq. (4). (b) Push to the paper's goal {0.55 m, -0.95 m,
     0.1 rad} with alpha_1 = 1: centres C_1 and C_2, signed radii rho_1 and rho_2, switching point.
     """
-    figure, (approach, push) = style.panels(
-        style.PAGE, 86.0, 1, 2, gridspec_kw={"width_ratios": (1.2, 1.0)}
-    )
+    figure, (approach, push) = style.panels(style.PAGE, 86.0, 1, 2, width_ratios=(1.2, 1.0))
     params = make_params("push")
     _draw_approach(approach, params)
     _draw_push(push, params)
-    for axes in (approach, push):
-        sketch.plane(axes)
+    sketch.plane(approach)
+    sketch.plane(push)
     return figure
 
 
@@ -138,9 +130,8 @@ def _draw_push(axes: Axes, params: EnvParams) -> None:
         first = radii[0] - radii[1]
         start = float(np.arctan2(first[1], first[0]))
         sketch.angle(axes, centres[k], start, float(path.turn[k]), 0.15, rf"\alpha_{k + 1}", colour)
-        sketch.label(
-            axes, centres[k] + (0.08 * np.sign(path.curvature[k]), 0.0), f"C_{k + 1}", colour
-        )
+        outwards = (0.08 * np.sign(path.curvature[k]), 0.0)
+        sketch.label(axes, centres[k] + outwards, f"C_{k + 1}", colour)
         normal = np.array([-first[1], first[0]]) * np.sign(path.turn[k]) / np.hypot(*first)
         sketch.label(axes, radii[:2].mean(axis=0) - 0.06 * normal, rf"\rho_{k + 1}", colour)
     sketch.label(axes, joints[1, :2] + (0.29, 0.06), "(x_1, y_1)")

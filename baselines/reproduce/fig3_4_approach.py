@@ -61,9 +61,7 @@ def spiral(job: Job) -> Figure:
     Arrows: headings of Eqs. (2) and (3), the phase of the latter corrected, round a target at the
     origin, sigma = 1; left of it D = 0 (clockwise), right of it D = 1. Lines: spirals of Eq. (4).
     """
-    figure, (shape, field) = style.panels(
-        style.PAGE, 74.0, 1, 2, gridspec_kw={"width_ratios": (1.25, 1.0)}
-    )
+    figure, (shape, field) = style.panels(style.PAGE, 74.0, 1, 2, width_ratios=(1.25, 1.0))
     theta = np.linspace(0.0, np.pi, sketch.STEPS)
     for (sigma, label), colour in zip(SIGMAS, palette.SERIES, strict=False):
         shape.plot(theta, radius(theta, sigma), color=colour, label=label)
@@ -115,16 +113,12 @@ def swarm(job: Job) -> Figure:
     times, r, alpha = brownian.simulate(
         crowd, alpha0, speed, sigma, noise_r=NOISE_R, noise_alpha=NOISE_ALPHA, **settings
     )
-    norm = LogNorm(1, ENSEMBLE)
+    looks: dict[str, Any] = {"norm": LogNorm(1, ENSEMBLE), "cmap": style.MAP, "rasterized": True}
+    bins, starts = np.linspace(-1.6, 1.6, 81), r0 * np.exp(1j * alpha0)
     for panel, tick in zip(axes[1:], (len(times) // 2, len(times) - 1), strict=True):
         where = (r[tick] * np.exp(1j * alpha[tick])).ravel()
-        bins = np.linspace(-1.6, 1.6, 81)
-        *_, cells = panel.hist2d(
-            where.real, where.imag, bins=[bins, bins], norm=norm, cmap=style.MAP, rasterized=True
-        )
-        panel.plot(
-            r0 * np.cos(alpha0), r0 * np.sin(alpha0), "o", mfc="none", mec=palette.GREY, ms=3
-        )
+        *_, cells = panel.hist2d(where.real, where.imag, bins=[bins, bins], **looks)
+        panel.plot(starts.real, starts.imag, "o", mfc="none", mec=palette.GREY, ms=3)
         panel.text(0.04, 0.93, f"$t$ = {times[tick]:g} s", transform=panel.transAxes)
     figure.colorbar(cells, ax=axes[2], label="agents per cell of 4 cm", shrink=0.8, pad=0.03)
     for panel in axes:

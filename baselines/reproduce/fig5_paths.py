@@ -59,9 +59,8 @@ def _draw_arcs(axes: Axes, params: EnvParams, path: ArcPath, lengths: Float) -> 
     sketch.hull(axes, params.vessel, pose, ec=palette.BLACK, zorder=2)
     for curvature, length in zip(path.curvature, lengths, strict=True):
         poses = advance(pose, curvature, length * np.linspace(0.0, 1.0, sketch.STEPS))
-        legal = length >= 0
-        colour = palette.BLUE if legal else palette.VERMILLION
-        axes.plot(*poses[:, :2].T, color=colour, ls="-" if legal else ":", lw=1.4, zorder=6)
+        colour, line = (palette.BLUE, "-") if length >= 0 else (palette.VERMILLION, ":")
+        axes.plot(*poses[:, :2].T, color=colour, ls=line, lw=1.4, zorder=6)
         middle = sketch.STEPS // 2
         sketch.arrow(axes, poses[middle - 1, :2], poses[middle + 1, :2], color=colour)
         for fraction in np.linspace(0.0, 1.0, 1 + max(1, round(abs(length) / 0.35)))[1:]:
@@ -82,7 +81,8 @@ def feasibility(job: Job) -> Figure:
     params = make_params("push")
     least = params.vessel.length / 2
     figure, axes = style.panels(style.PAGE, 96.0, 2, len(HEADINGS), sharex=True, sharey=True)
-    looks: dict[str, Any] = {"cmap": f"{style.MAP}_r", "rasterized": True}
+    norm = LogNorm(1.0, LONGEST)
+    looks: dict[str, Any] = {"cmap": f"{style.MAP}_r", "rasterized": True, "norm": norm}
     for column, (heading, text) in enumerate(HEADINGS):
         goals = grid(heading)
         shortest = dubins.length(goals, least)
@@ -90,18 +90,15 @@ def feasibility(job: Job) -> Figure:
             panel = axes[row * len(HEADINGS) + column]
             ratio = np.where(two_arc.feasible(path, least), path.total_length / shortest, np.nan)
             panel.set_facecolor(palette.PALE)
-            cells = panel.pcolormesh(
-                goals[..., 0], goals[..., 1], ratio, norm=LogNorm(1.0, LONGEST), **looks
-            )
+            cells = panel.pcolormesh(goals[..., 0], goals[..., 1], ratio, **looks)
             sketch.hull(panel, params.vessel, np.zeros(3), fc="none", lw=0.5)
             sketch.plane(panel)
             panel.label_outer()
             panel.set_xticks([-1, 0, 1])
             if row == 0:
                 panel.set_title(f"$h_f = {text}$")
-    bar = figure.colorbar(
-        cells, ax=axes, label="length / Dubins length", extend="max", pad=0.01, format="%g"
-    )
+    bar = figure.colorbar(cells, ax=axes, extend="max", pad=0.01, format="%g")
+    bar.set_label("length / Dubins length")
     bar.set_ticks([1, 2, 5, 10], minor=False)
     bar.minorticks_off()
     return figure

@@ -19,11 +19,7 @@ LIBRARIES = ("numpy", "scipy", "pymunk", "matplotlib")
 
 
 class OutputFolder:
-    """A folder of artefacts, with their options in its ``record.json``.
-
-    Args:
-        path: of the folder, which need not exist.
-        job: options of this run.
+    """A folder of artefacts, which need not exist yet, with their options in its ``record.json``.
 
     Raises:
         ValueError: the record in the folder cannot be read.
