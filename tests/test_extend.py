@@ -14,6 +14,10 @@ import asv_env
 from asv_env import make_params
 from asv_env.sensing.observation import NAMES
 from asv_env.simulation import Simulation
+from baselines.evaluate import compare
+from baselines.evaluate import main as evaluate_main
+from baselines.evaluate.results import read_csv
+from train.__main__ import main as train_main
 
 PAGE = (Path(__file__).parents[1] / "docs/extend.md").read_text()
 PIECES = re.findall(r"```python file=mine.py\n(.*?)```", PAGE, re.DOTALL)
@@ -75,6 +79,39 @@ def test_it_works_through_every_adapter(name, mine):
     assert boats.observation_space.contains(rows[0][0])
     if name == "reward":
         assert "turning" in info["reward_terms"]
+
+
+def split(line):
+    """Words of a command line."""
+    return line.split()
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_it_works_in_the_evaluation(name, mine):
+    params = make_params(**options(name, mine), time_limit=1.0)
+    policies = {"class": mine.ToSlot, "word": "mine:ToSlot", "learned": "learned"}
+    results = compare(policies, suite=params, episodes=2, workers=0, progress=False)
+    assert len(results.episodes) == 3 * 2
+    assert results.episodes["error"].isna().all()
+
+
+def test_it_works_on_the_command_line_and_reaches_workers(mine, capsys):
+    conditions = "--task mine:STEADY --scenario mine:MURKY nominal --episodes 2 --seed 5"
+    evaluate_main(split(f"{conditions} --policies scripted mine:ToSlot --workers 2 --out run"))
+    assert "ToSlot" in capsys.readouterr().out
+    rows = read_csv(Path("run/episodes.csv"))
+    assert {(row.task, row.error) for row in rows} == {("steady", None)}
+    assert len(rows) == 2 * 2 * 2
+
+
+def test_it_works_in_training(mine):
+    worlds = "--task mine:STEADY --scenarios mine:MURKY --num-envs 2 --time-limit 2"
+    learner = "--num-steps 16 --hidden 8 --num-minibatches 1 --total-timesteps 128"
+    rest = "--imitation.rounds 0 --evaluation.episodes 2 --observation slot goal --out trained"
+    train_main(split(f"{worlds} {learner} {rest}"))
+    params = make_params(mine.STEADY, time_limit=1.0)
+    own = compare({"own": "trained/best.npz"}, suite=params, episodes=1, workers=0)
+    assert own.episodes["error"].isna().all()
 
 
 def test_the_reward_term_is_paid(mine):
