@@ -9,22 +9,17 @@ are overrides of the defaults. One's own are registered, or given as mappings::
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import MISSING, fields, is_dataclass, replace
 from typing import Any
 
 from asv_env.checks import choice
 from asv_env.params import (
     NOMINAL_LENGTH,
     BoatParams,
-    ClockParams,
     EnvParams,
     HullParams,
-    RewardParams,
-    SensorParams,
     TaskParams,
-    VariationParams,
     VesselParams,
-    WaterParams,
     check_num_boats,
 )
 from asv_env.registry import Registry
@@ -76,15 +71,10 @@ PRESETS: Registry[Overrides] = Registry(
 DEFAULT_TEAM = {"paper_simulation": 10}
 """Numbers of boats, by preset; 4 elsewhere."""
 
-REST = {
-    "water": WaterParams(),
-    "sensors": SensorParams(),
-    "clock": ClockParams(),
-    "variation": VariationParams(),
-    "reward": RewardParams(),
+SECTIONS: dict[str, Any] = {
+    f.name: f.default_factory for f in fields(EnvParams) if f.default_factory is not MISSING
 }
-"""Sections that depend on neither the team nor the vessel."""
-SECTIONS = ("boat", "vessel", "task", *REST)
+"""Classes of the sections of parameters, by name."""
 TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
 
 
@@ -143,8 +133,8 @@ def make_params(
             f"task_params: its name is {sections['task'].name!r}, the task is "
             f"{definition.name!r}; leave the name out"
         )
-    for name, default in REST.items():
-        sections[name] = _merged(default, name, layers)
+    for name in [name for name in SECTIONS if name not in sections]:
+        sections[name] = _merged(SECTIONS[name](), name, layers)
     features = None if observation is None else tuple(observation)
     if features is not None:
         observing.chosen(features)

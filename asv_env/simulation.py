@@ -142,7 +142,10 @@ class Simulation:
             return np.arange(self.num_worlds)
         mask = np.asarray(mask)
         if mask.shape != (self.num_worlds,) or mask.dtype != np.bool_:
-            raise ValueError(f"mask {mask!r}: must be bool of shape ({self.num_worlds},)")
+            raise ValueError(
+                f"mask of shape {mask.shape} and type {mask.dtype}: must be bool of shape "
+                f"({self.num_worlds},)"
+            )
         return np.flatnonzero(mask)
 
     def _seed(self, index: np.ndarray, seeds: Sequence[int | None]) -> None:

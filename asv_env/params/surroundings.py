@@ -68,8 +68,7 @@ class ClockParams:
     control: int = 10  # actions
 
     def __post_init__(self) -> None:
-        for name in ("physics", "sensing", "control"):
-            check_whole(self, name, 1)
+        check_whole(self, "physics sensing control", 1)
         for fast, slow in (("physics", "sensing"), ("sensing", "control")):
             if getattr(self, fast) % getattr(self, slow):
                 raise ValueError(

@@ -30,7 +30,7 @@ from baselines.paper.coasting import coasting_speed
 from baselines.paper.inputs import finite, positive
 from baselines.paper.paper_memory import Memory, blank_memory
 from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, IN_RANGE, MEAN_SPEEDS, PaperGains
-from baselines.paper.steering import Assignment, approach_steering, choose, nearest
+from baselines.paper.steering import Assignment, Steering, approach_steering, nearest
 from baselines.paper.wheel_commands import WheelCommands
 
 
@@ -82,11 +82,10 @@ class PaperPolicy:
         params, gains = self._params, self._gains
         half_length, stop_radius = params.vessel.length / 2, params.task.slot_distance
         time_left = self._arrival_time - sensed.tick / params.clock.control
-        steering = choose(
-            memory.pushing[:, None],
-            push_steering(relations, memory, self._mean_speed, half_length, gains),
-            approach_steering(relations, memory, time_left, stop_radius, gains),
-        )
+        push = push_steering(relations, memory, self._mean_speed, half_length, gains)
+        approach = approach_steering(relations, memory, time_left, stop_radius, gains)
+        pairs, pushing = zip(push, approach, strict=True), memory.pushing[:, None]
+        steering = Steering(*(np.where(pushing, *pair) for pair in pairs))
         return self._commands.action(relations, steering, flip, memory), memory
 
     def _assign_targets(self, sensed: Sensed, flip: Float, memory: Memory) -> Relations:

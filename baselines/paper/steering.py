@@ -1,7 +1,7 @@
 """The approach: which boat goes to which target, and how it steers there by the law of Eq (3)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,6 @@ def nearest(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Compl
     happens where two targets have the same nearest boat. With the least total distance no two
     straight paths cross. A boat that does not work keeps its own slot.
     """
-    del last
     target = slot.copy()
     for world, works in enumerate(working):
         points = slot[world, works]
@@ -33,20 +32,13 @@ def nearest(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Compl
     return target
 
 
-@dataclass(frozen=True)
-class Steering:
+class Steering(NamedTuple):
     """Arguments of Eq (3) for boats (W, A) that go round a point; angles in the vessel's frame."""
 
     alpha: Float  # rad, direction in which the point sees the boat
     turn_direction: Int | Bool  # D, 0 clockwise or 1 counter-clockwise
     phi: Float  # rad, angle between the heading and the point
     speed: Float  # m/s
-
-
-def choose(condition: Bool, one: Steering, other: Steering) -> Steering:
-    """Returns the one steering where the condition (W, 1) holds, the other elsewhere."""
-    names = [field.name for field in fields(Steering)]
-    return Steering(*(np.where(condition, getattr(one, n), getattr(other, n)) for n in names))
 
 
 def approach_steering(

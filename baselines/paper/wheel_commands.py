@@ -49,8 +49,7 @@ class WheelCommands:
 
     def _tracked(self, bow: Complex, steering: Steering) -> Float:
         """Returns tracking actions (W, A, 2) that follow Eq (3)."""
-        desired = braitenberg.desired_heading(steering.alpha, steering.turn_direction, steering.phi)
-        turn = wrap(desired - np.angle(bow))
+        turn = wrap(braitenberg.desired_heading(*steering[:3]) - np.angle(bow))
         return np.stack([steering.speed, self._gain * turn], axis=-1) / SCALE
 
     def _coasting(self, velocity: Float) -> Float:
@@ -62,14 +61,7 @@ class WheelCommands:
     def _driven(self, bow: Complex, steering: Steering, velocity: Float, memory: Memory) -> Float:
         """Returns thruster commands (W, A, 2) for the wheel speeds of the last tick."""
         arm = self._boat.lever_arm
-        commanded = braitenberg.wheel_speeds(
-            np.angle(bow),
-            steering.alpha,
-            steering.turn_direction,
-            steering.phi,
-            steering.speed,
-            self._gain * arm,
-        )
+        commanded = braitenberg.wheel_speeds(np.angle(bow), *steering, self._gain * arm)
         applied = memory.wheels
         memory.wheels = np.stack(commanded, axis=-1)
         left, right = applied[..., 0], applied[..., 1]

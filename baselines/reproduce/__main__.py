@@ -47,8 +47,8 @@ class Options:
     def __post_init__(self) -> None:
         for name in self.only:
             choice("figure or table", name, ARTEFACTS)
-        for name, least in (("seed", 0), ("trials", 1), ("episodes", 1)):
-            check_whole(self, name, least)
+        check_whole(self, "seed", 0)
+        check_whole(self, "trials episodes", 1)
         if self.out.exists() and not self.out.is_dir():
             raise FileExistsError(f"{self.out} is a file: choose another folder with --out")
         if self.page is not None:
@@ -84,13 +84,12 @@ def missing(options: Options, folder: OutputFolder) -> dict[str, Artefact]:
 def make(artefacts: dict[str, Artefact], options: Options, folder: OutputFolder) -> None:
     """Makes artefacts and writes each as soon as it is made, then the page of captions."""
     options.out.mkdir(parents=True, exist_ok=True)
-    bar: tqdm[tuple[str, Artefact]]
-    with tqdm(artefacts.items(), unit="artefact", file=sys.stderr) as bar:
-        for name, artefact in bar:
+    with tqdm(artefacts, unit="artefact", file=sys.stderr) as bar:
+        for name in bar:
             bar.set_description(name)
-            folder.begin(name)
-            artefact.build(name, options.job, options.out)
-            folder.finish(name)
+            folder.record(name, complete=False)
+            artefacts[name].build(name, options.job, options.out)
+            folder.record(name, complete=True)
     (options.out / CAPTIONS).write_text(contents.captions(folder.made()))
     if options.page is not None:
         table = json.loads((options.out / f"{TABLE}.json").read_text())

@@ -60,17 +60,10 @@ class OutputFolder:
             return []
         return [file for file in artefact.files(name) if (self._path / file).exists()]
 
-    def begin(self, name: str) -> None:
-        """Records that the files of an artefact are about to be written."""
-        self._write(name, complete=False)
-
-    def finish(self, name: str) -> None:
-        """Records that the files of an artefact are written."""
-        self._write(name, complete=True)
+    def record(self, name: str, complete: bool) -> None:
+        """Records that the files of an artefact are about to be written, or are complete."""
+        self._entries[name] = {"complete": complete, "options": self._options}
+        write_text(self._record, json.dumps(self._entries, indent=2) + "\n")
 
     def _ours(self, name: str) -> bool:
         return name in self._entries and self._entries[name]["options"] == self._options
-
-    def _write(self, name: str, complete: bool) -> None:
-        self._entries[name] = {"complete": complete, "options": self._options}
-        write_text(self._record, json.dumps(self._entries, indent=2) + "\n")
