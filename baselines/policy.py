@@ -38,6 +38,22 @@ MakePolicy = Callable[[EnvParams], Policy]
 """Policy factory: makes a policy for an environment; most are classes."""
 
 
+def checked_action(action: Any, shape: tuple[int, ...]) -> Action:
+    """Returns an action as float32 of the shape (W, A, 2).
+
+    Raises:
+        ValueError: another shape.
+        TypeError: not numbers.
+    """
+    try:
+        array = np.asarray(action, dtype=np.float32)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"action of type {type(action).__name__}: give numbers") from error
+    if array.shape != shape:
+        raise ValueError(f"action of shape {array.shape}: must be {shape}, as (worlds, boats, 2)")
+    return array
+
+
 class Idle:
     """Does nothing."""
 
@@ -65,13 +81,10 @@ class Random:
         worlds, team = sensed.slot.shape
         rngs = memory or [None] * worlds
         for world in map(int, np.flatnonzero(fresh | (memory is None))):
-            rngs[world] = np.random.default_rng(self._seed_words(sensed, world))
+            initial = sensed.estimate[world].view(np.uint64).ravel()  # so it is free of the batch
+            rngs[world] = np.random.default_rng([self._seed, *initial.tolist()])
         action = np.stack([rng.uniform(-1.0, 1.0, (team, 2)) for rng in rngs])
         return action.astype(np.float32), rngs
-
-    def _seed_words(self, sensed: Sensed, world: int) -> list[int]:
-        """Returns seed words from the initial state, so that they do not depend on the batch."""
-        return [self._seed, *sensed.estimate[world].view(np.uint64).ravel().tolist()]
 
 
 POLICIES: Registry[MakePolicy] = Registry(

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from asv_env import Simulation, make_params
-from baselines.policy import Idle, Random
-from baselines.rollout.guard import GuardedPolicy, PolicyError, checked_action
+from baselines.policy import Idle, Random, checked_action
 from baselines.rollout.loop import IDLE, rollout
+from baselines.rollout.runner import GuardedPolicy, PolicyError
 
 TICKS = 5
 """Length of an episode."""

@@ -16,8 +16,7 @@ from asv_env.simulation import Simulation
 from baselines.evaluate import policy_sources
 from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import PolicySource
-from baselines.policy import POLICIES, MakePolicy
-from baselines.rollout.guard import checked_action
+from baselines.policy import POLICIES, MakePolicy, checked_action
 
 NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
 """Pattern of the names of policies, which also name folders."""

@@ -68,10 +68,7 @@ class Phase:
     """One network of a policy, and when it acts.
 
     Attributes:
-        layers: weights and biases of the network.
-        metadata: what the network was made for.
-        patience: time after which an attempt is given up, s for a vessel of 0.40 m; None for
-            no limit.
+        patience: time after which an attempt is given up, s for a vessel of 0.40 m, if any.
         team_size: number of boats of the only teams that use this network; None for a network
             of all teams that have none of their own.
     """

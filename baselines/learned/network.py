@@ -17,28 +17,16 @@ from baselines.scripted.scripted_policy import ScriptedPolicy
 
 @dataclass
 class NetworkMemory:
-    """What a network policy remembers from one control tick to the next.
+    """What a network policy remembers from one control tick to the next."""
 
-    Attributes:
-        action: (W, A, 2) latest action of the network.
-        ticks: (W,) control ticks since the network decided.
-        scripted: memory of the scripted policy that is corrected, if one is.
-        push_side: sides from which the teams push, if the network sees mirror images.
-    """
-
-    action: Action
-    ticks: Int
-    scripted: Any = None
-    push_side: PushSide | None = None
+    action: Action  # (W, A, 2) latest action of the network
+    ticks: Int  # (W,) control ticks since the network decided
+    scripted: Any = None  # memory of the scripted policy that is corrected, if one is
+    push_side: PushSide | None = None  # sides of the teams, for mirror images
 
 
 class NetworkPolicy:
     """A perceptron that all boats share, from each one's observation (K,) to its action (2,).
-
-    Args:
-        layers: weights and biases of the network.
-        metadata: what it was made for.
-        params: parameters of the environment.
 
     Raises:
         ValueError: it was made for another task, other actions or other observations.
@@ -109,22 +97,16 @@ def observe(sensed: Sensed, features: tuple[Feature, ...], params: EnvParams) ->
 
 
 def _features(metadata: Metadata, params: EnvParams) -> tuple[Feature, ...]:
-    """Returns the features that a network observes: the environment's own, or registered ones.
-
-    Raises:
-        ValueError: an unknown feature, with the nearest known one.
-    """
+    """Returns the features that a network observes: the environment's own, or registered ones."""
     own = {feature.name: feature for feature in observation.features(params)}
     return tuple(own.get(name) or observation.FEATURES.find(name) for name in metadata.observation)
 
 
 def _check_fit(metadata: Metadata, params: EnvParams) -> None:
     """Refuses metadata of a network that was made for something else than an environment."""
-    if not metadata.serves(params.definition):
-        raise ValueError(
-            f"the policy is for the task {' or '.join(metadata.tasks)}, not for "
-            f"{params.definition.name!r}"
-        )
+    task, tasks = params.definition, " or ".join(metadata.tasks)
+    if not metadata.serves(task):
+        raise ValueError(f"the policy is for the task {tasks}, not for {task.name!r}")
     if metadata.action_mode != params.action_mode:
         raise ValueError(
             f"the policy gives {metadata.action_mode!r} actions, the environment takes "

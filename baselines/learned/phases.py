@@ -42,19 +42,11 @@ FAR = 2.0
 
 @dataclass
 class PhaseMemory:
-    """What a phased policy remembers from one control tick to the next.
+    """What a phased policy remembers from one control tick to the next."""
 
-    Attributes:
-        state: (W,) state of each team.
-        ticks: (W,) control ticks in this state.
-        attempt: (W,) number of the attempt, from 0.
-        push_side: sides from which the teams push.
-        networks: memory of each network.
-    """
-
-    state: Int
-    ticks: Int
-    attempt: Int
+    state: Int  # (W,) state of each team
+    ticks: Int  # (W,) control ticks in this state
+    attempt: Int  # (W,) number of the attempt, from 0
     push_side: PushSide | None
     networks: Sequence[NetworkMemory | None]
 
@@ -127,15 +119,10 @@ class PhasedPolicy:
     ) -> tuple[Action, list[NetworkMemory]]:
         """Returns the actions (W, A, 2) of the acting networks (W,), and all memories."""
         observation = observe(seen, features(self._params), self._params)
-        action = np.zeros((*seen.slot.shape, 2), dtype=np.float32)
-        memories = []
-        for number, (network, before) in enumerate(
-            zip(self._networks, memory.networks, strict=True)
-        ):
-            decided, after = network.act(seen, observation, before, changed)
-            action = np.where((acting == number)[:, None, None], decided, action)
-            memories.append(after)
-        return action, memories
+        pairs = zip(self._networks, memory.networks, strict=True)
+        decided = [network.act(seen, observation, before, changed) for network, before in pairs]
+        actions, memories = zip(*decided, strict=True)
+        return np.stack(actions)[acting, np.arange(len(acting))], list(memories)
 
 
 def _next_state(seen: Sensed, memory: PhaseMemory, event: Int) -> Int:
@@ -145,11 +132,7 @@ def _next_state(seen: Sensed, memory: PhaseMemory, event: Int) -> Int:
 
 
 def _of_team(phases: Sequence[Phase], num_boats: int) -> Sequence[Phase]:
-    """Returns the phases of a team: its own, or those of all teams that have none.
-
-    Raises:
-        ValueError: there are fewer than two.
-    """
+    """Returns the phases of a team, two at least: its own, or those of all that have none."""
     own = [phase for phase in phases if phase.team_size == num_boats]
     own = own or [phase for phase in phases if phase.team_size is None]
     if len(own) < 2:

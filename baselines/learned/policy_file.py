@@ -115,10 +115,9 @@ def _phase(file: Mapping[str, Any], number: int, fields: dict[str, Any]) -> Phas
     depth = sum(name.startswith(f"{prefix}weight_") for name in file)
     layers = [(file[f"{prefix}weight_{n}"], file[f"{prefix}bias_{n}"]) for n in range(depth)]
     _check(layers)
-    metadata = {**fields["metadata"]}
-    for key in ("tasks", "observation"):
-        metadata[key] = tuple(metadata[key])
-    return Phase(layers, Metadata(**metadata), fields["patience"], fields["team_size"])
+    lists = {key: tuple(fields["metadata"][key]) for key in ("tasks", "observation")}
+    metadata = Metadata(**{**fields["metadata"], **lists})
+    return Phase(layers, metadata, fields["patience"], fields["team_size"])
 
 
 def _check(layers: Layers) -> None:

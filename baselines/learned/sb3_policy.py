@@ -26,10 +26,6 @@ class Sb3Policy:
     The file does not record the task, the kind of action or a normalisation of observations
     (``VecNormalize``): the environment must be that of the training.
 
-    Args:
-        path: file of the model (``.zip``).
-        params: parameters of the environment.
-
     Raises:
         ValueError: the file is not a model, or its spaces do not match.
         FileNotFoundError: there is no such file.

@@ -22,17 +22,11 @@ def file_for(task: Task) -> Path:
 
 
 def learned_policy(params: EnvParams) -> Policy:
-    """Returns the learned policy for the task of an environment.
-
-    Raises:
-        ValueError: the policy was trained for other tasks, actions or observations.
-    """
+    """Returns the learned policy for the task of an environment; see ``policy_file.load``."""
     return policy_file.load(file_for(params.definition), params)
 
 
 def fingerprint() -> str:
     """Returns a digest of all policy files."""
-    digest = hashlib.sha256()
-    for file in sorted(FOLDER.glob(f"*{policy_file.SUFFIX}")):
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]
+    files = sorted(FOLDER.glob(f"*{policy_file.SUFFIX}"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]

@@ -14,53 +14,17 @@ POSE_LOG_EVERY = 2
 
 @dataclass(frozen=True)
 class Label:
-    """Names the run to which a row belongs.
-
-    Attributes:
-        policy: name of the policy.
-        training_seed: number of its training; None where there is one or none.
-        condition: name of the condition in its suite.
-        scenario: name of the scenario.
-    """
+    """Names the run to which a row belongs."""
 
     policy: str
-    training_seed: int | None = None
-    condition: str = ""
+    training_seed: int | None = None  # number of its training; None where there is one or none
+    condition: str = ""  # name of the condition in its suite
     scenario: str = "nominal"
 
 
 @dataclass(frozen=True)
 class Episode:
-    """One row of ``episodes.csv``; None where a column does not apply.
-
-    Attributes:
-        seed: seed of the episode.
-        policy: name of the policy.
-        training_seed: number of the policy's training.
-        condition: name of the condition in its suite.
-        task: name of the task.
-        scenario: name of the scenario.
-        num_boats: team size.
-        success: whether the task was done in time.
-        cause: cause of a failure; see ``CAUSES``.
-        goal_x: x of the goal in the vessel's initial frame, m.
-        goal_y: y of the goal in that frame, m.
-        goal_heading: heading of the goal in that frame, rad.
-        position_error: distance of the vessel from its goal at the end, m.
-        heading_error: signed heading error of the vessel at the end, rad.
-        min_position_error: smallest distance of the vessel from its goal, m.
-        heading_error_at_min: signed heading error at that instant, rad.
-        time_to_closure: time until all slots were occupied, s.
-        closure_spread: time from the first boat in its slot to the last, s.
-        time_to_goal: time until the delivery, s.
-        duration: duration of the episode, s.
-        path_length_ratio: path length of the vessel over that of the Dubins path to the goal.
-        effort: seconds of full thrust, averaged over the motors.
-        collisions: number of times that a boat began to touch another one or a wall.
-        closure_lost: number of times that closure was lost.
-        episode_return: sum of the team's mean reward.
-        error: what was wrong with the policy, where that ended the episode.
-    """
+    """One row of ``episodes.csv``; None where a column does not apply."""
 
     seed: int
     policy: str
@@ -68,26 +32,26 @@ class Episode:
     condition: str
     task: str
     scenario: str
-    num_boats: int
-    success: bool
-    cause: str | None
-    goal_x: float | None
-    goal_y: float | None
-    goal_heading: float | None
-    position_error: float | None
-    heading_error: float | None
-    min_position_error: float | None
-    heading_error_at_min: float | None
-    time_to_closure: float | None
-    closure_spread: float | None
-    time_to_goal: float | None
-    duration: float
-    path_length_ratio: float | None
-    effort: float
-    collisions: int
-    closure_lost: int
-    episode_return: float
-    error: str | None
+    num_boats: int  # team size
+    success: bool  # whether the task was done in time
+    cause: str | None  # cause of a failure; see ``CAUSES``
+    goal_x: float | None  # x of the goal in the vessel's initial frame, m
+    goal_y: float | None  # y of the goal in that frame, m
+    goal_heading: float | None  # heading of the goal in that frame, rad
+    position_error: float | None  # distance of the vessel from its goal at the end, m
+    heading_error: float | None  # signed heading error of the vessel at the end, rad
+    min_position_error: float | None  # smallest distance of the vessel from its goal, m
+    heading_error_at_min: float | None  # signed heading error at that instant, rad
+    time_to_closure: float | None  # time until all slots were occupied, s
+    closure_spread: float | None  # time from the first boat in its slot to the last, s
+    time_to_goal: float | None  # time until the delivery, s
+    duration: float  # duration of the episode, s
+    path_length_ratio: float | None  # path length of the vessel over that of the Dubins path
+    effort: float  # seconds of full thrust, averaged over the motors
+    collisions: int  # number of times that a boat began to touch another one or a wall
+    closure_lost: int  # number of times that closure was lost
+    episode_return: float  # sum of the team's mean reward
+    error: str | None  # what was wrong with the policy, where that ended the episode
 
 
 COLUMNS = tuple(f.name for f in fields(Episode))
@@ -103,45 +67,26 @@ off when it was nearest; it was there, but not at rest."""
 
 @dataclass(frozen=True)
 class Trajectory:
-    """One episode of T steps, step by step.
+    """One episode of T steps, step by step."""
 
-    Attributes:
-        observation: (T + 1, A, K) float32, that at the end included.
-        action: (T, A, 2) float32 in [-1, 1].
-        reward: (T, A).
-        motion: (T + 1, B, 6) true motion; see ``State``.
-        working: (T + 1, A) whether a boat's thrusters work.
-        goal: (T + 1, 3) m, m, rad.
-        terminated: whether success or straying ended the episode, not the time limit.
-    """
-
-    observation: Observation
-    action: Action
-    reward: Float
-    motion: Float
-    working: Bool
-    goal: Float
-    terminated: bool
+    observation: Observation  # (T + 1, A, K) float32, that at the end included
+    action: Action  # (T, A, 2) float32 in [-1, 1]
+    reward: Float  # (T, A)
+    motion: Float  # (T + 1, B, 6) true motion; see ``State``
+    working: Bool  # (T + 1, A) whether a boat's thrusters work
+    goal: Float  # (T + 1, 3) m, m, rad
+    terminated: bool  # whether success or straying ended the episode, not the time limit
 
 
 @dataclass(frozen=True)
 class PoseLog:
-    """The poses of the hulls in one episode.
-
-    Attributes:
-        episode: row of the episode.
-        poses: (T, B, 3) x m, y m, heading rad, row 0 of B the vessel; one every
-            ``POSE_LOG_EVERY`` control ticks, and the last.
-        goal: (3,) pose, m, m, rad.
-        failed_at: (A,) time at which a boat's thrusters died, s; inf never.
-        trajectory: all steps, where they are recorded.
-    """
+    """Poses of the hulls in an episode, every ``POSE_LOG_EVERY`` control ticks and at the end."""
 
     episode: Episode
-    poses: Float
-    goal: Float
-    failed_at: Float
-    trajectory: Trajectory | None = None
+    poses: Float  # (T, B, 3) x m, y m, heading rad, the vessel first
+    goal: Float  # (3,) pose, m, m, rad
+    failed_at: Float  # (A,) time at which a boat's thrusters died, s; inf never
+    trajectory: Trajectory | None = None  # all steps, where they are recorded
 
 
 def row(

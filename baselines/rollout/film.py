@@ -22,16 +22,10 @@ LAST = 30
 
 
 def save(path: Path, make_policy: MakePolicy, params: EnvParams, seed: int) -> None:
-    """Films one episode, to GIF or MP4 by the path's suffix; replaces the file.
-
-    Args:
-        path: ends in ".gif" or ".mp4".
-        make_policy: policy factory.
-        params: parameters of the environment.
-        seed: seed of the episode, the same one that ``runner.run`` runs with this seed.
+    """Films the episode of a seed, to GIF or MP4 by the path's suffix; replaces the file.
 
     Raises:
-        ValueError: an unknown suffix.
+        ValueError: a suffix other than ".gif" and ".mp4".
     """
     video.save(frames(make_policy, params, seed), path, FPS, overwrite=True)
 

@@ -18,25 +18,15 @@ IDLE = -1
 
 @dataclass(frozen=True)
 class Tick:
-    """One control step of all worlds: what was, what was decided, and what came of it.
+    """One control step of all worlds: what was, what was decided, and what came of it."""
 
-    Attributes:
-        state: the truth before the step.
-        observation: (W, A, K) before the step.
-        action: (W, A, 2) that was decided.
-        memory: what the policy remembers of it.
-        step: what the step returned.
-        episode: (W,) number of the seed whose episode a world runs; ``IDLE`` where none is left.
-        over: (W,) worlds that begin another episode next. To end further episodes, set theirs.
-    """
-
-    state: State
-    observation: Observation
-    action: Action
-    memory: Any
-    step: TimeStep
-    episode: Int
-    over: Bool
+    state: State  # the truth before the step
+    observation: Observation  # (W, A, K) before the step
+    action: Action  # (W, A, 2) that was decided
+    memory: Any  # what the policy remembers of it
+    step: TimeStep  # what the step returned
+    episode: Int  # (W,) number of the seed whose episode a world runs; ``IDLE`` where none is left
+    over: Bool  # (W,) worlds that begin another episode next; set it to end further episodes
 
 
 def rollout(

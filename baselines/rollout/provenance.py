@@ -25,13 +25,9 @@ LAZY = re.compile(r"(\w+(?:\.\w+)+):\w+")
 def code(*modules: str, tree: Path = TREE) -> str:
     """Returns a fingerprint of the code on which episodes, and further modules, depend.
 
-    It covers the instructions of ``ROLLOUT``, of ``modules``, and of every module of this
-    repository that one of these imports, directly or not. Comments, docstrings and layout do not
-    count.
-
-    Args:
-        modules: further modules, by dotted name; a package stands for all modules in it.
-        tree: folder that holds the packages.
+    It covers the instructions of ``ROLLOUT``, of ``modules`` (dotted names; a package stands for
+    all modules in it), and of every module in ``tree`` that one of these imports, directly or not.
+    Comments, docstrings and layout do not count.
     """
     digest = hashlib.sha256()
     for name, instructions in sorted(dependencies([*ROLLOUT, *modules], tree).items()):
@@ -100,11 +96,10 @@ def _imports(parsed: ast.Module, package: str) -> Iterator[str]:
 
 
 def _is_text(statement: ast.AST) -> bool:
-    return (
-        isinstance(statement, ast.Expr)
-        and isinstance(statement.value, ast.Constant)
-        and isinstance(statement.value.value, str)
-    )
+    match statement:
+        case ast.Expr(ast.Constant(str())):
+            return True
+    return False
 
 
 def versions(libraries: Iterable[str]) -> dict[str, str]:

@@ -13,14 +13,50 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
-from asv_env.types import Float, Observation, State
-from baselines.policy import MakePolicy
+from asv_env.types import Action, Bool, Float, Observation, Sensed, State
+from baselines.policy import MakePolicy, Policy, checked_action
 from baselines.rollout import episodes
 from baselines.rollout.episodes import POSE_LOG_EVERY, Label, PoseLog, Trajectory
-from baselines.rollout.guard import GuardedPolicy, PolicyError
 from baselines.rollout.loop import IDLE, Tick, rollout
 
 UNNAMED = Label("unnamed")
+
+
+class PolicyError(Exception):
+    """A policy raised while it decided for several worlds, nobody knows in which of them."""
+
+
+class GuardedPolicy:
+    """A policy whose useless actions become zeros, and are reported in ``errors``, by world."""
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy = policy
+        self.errors: dict[int, str] = {}
+
+    def act(
+        self, sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
+    ) -> tuple[Action, Any]:
+        """See ``Policy.act``.
+
+        Raises:
+            PolicyError: the policy raised, and there are several worlds.
+        """
+        shape = (*sensed.slot.shape, 2)
+        try:
+            action, memory = self._policy.act(sensed, observation, memory, fresh)
+            action = checked_action(action, shape)
+        except Exception as error:
+            if len(fresh) > 1:
+                raise PolicyError from error
+            text = f"{type(error).__name__}: {error}"
+            self.errors = {0: " ".join(text.split())}  # one line of a table
+            return np.zeros(shape, dtype=np.float32), None
+        finite = np.asarray(np.isfinite(action).all(axis=(1, 2)))
+        self.errors = {
+            world: f"action not finite at tick {sensed.tick[world]}"
+            for world in map(int, np.flatnonzero(~finite))
+        }
+        return np.where(finite[:, None, None], action, np.float32(0.0)), memory
 
 
 def run(
@@ -73,11 +109,7 @@ def _run(
     label: Label,
     record: bool,
 ) -> Iterator[PoseLog]:
-    """See ``run``.
-
-    Raises:
-        PolicyError: the policy raised, and other episodes were running.
-    """
+    """Yields logs as ``run`` does; a policy that raises in several worlds ends them all."""
     worlds = min(num_envs, len(seeds))
     simulation = Simulation(params, worlds, worlds_per_space=1)
     recorders = [_Recorder(world, params, record) for world in range(worlds)]
@@ -96,13 +128,7 @@ def _run(
 
 
 class _Recorder:
-    """What is kept of the running episode of one world.
-
-    Args:
-        world: index of the world.
-        params: parameters of the environment.
-        record: whether a trajectory is kept.
-    """
+    """What is kept of the running episode of one world; with ``record``, its trajectory too."""
 
     def __init__(self, world: int, params: EnvParams, record: bool) -> None:
         self._world, self._params, self._record = world, params, record
@@ -111,12 +137,7 @@ class _Recorder:
         self._steps: dict[str, list[Any]] = defaultdict(list)
 
     def add(self, tick: Tick, after: State) -> None:
-        """Keeps what a log wants of one step.
-
-        Args:
-            tick: of all worlds.
-            after: state after the step.
-        """
+        """Keeps what a log wants of one step; ``after`` is the state after it."""
         world = self._world
         if tick.state.tick[world] % POSE_LOG_EVERY == 0:
             self._keep_poses(tick.state)
@@ -137,16 +158,7 @@ class _Recorder:
         label: Label,
         error: str | None,
     ) -> PoseLog:
-        """Returns the log of the episode, which is over.
-
-        Args:
-            tick: last one of the episode.
-            after: state after it.
-            summary: metrics of all worlds.
-            seed: seed of the episode.
-            label: names of policy and condition.
-            error: what was wrong with the policy, if anything.
-        """
+        """Returns the log of the episode, whose last tick it was; ``summary`` is of all worlds."""
         world = self._world
         self._keep_poses(after)
         goal = after.goal[world].copy()
@@ -165,12 +177,9 @@ class _Recorder:
         self._poses.append(state.motion[self._world, :, :3].copy())
 
     def _keep_state(self, state: State, observation: Observation) -> None:
-        self._keep(
-            observation=observation[self._world],
-            motion=state.motion[self._world],
-            working=state.working[self._world],
-            goal=state.goal[self._world],
-        )
+        world = self._world
+        self._keep(observation=observation[world], motion=state.motion[world])
+        self._keep(working=state.working[world], goal=state.goal[world])
 
     def _keep(self, **values: Any) -> None:
         for name, value in values.items():

@@ -15,11 +15,7 @@ def purpose(seed: int) -> str | None:
 
 
 def check(seeds: range, wanted: str) -> None:
-    """Refuses seeds that are not all for one purpose.
-
-    Args:
-        seeds: seeds that are to be used.
-        wanted: purpose, a key of ``RANGES``.
+    """Refuses seeds that are not all for one purpose, ``wanted``, a key of ``RANGES``.
 
     Raises:
         ValueError: one of them is for another purpose.

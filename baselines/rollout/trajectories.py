@@ -104,12 +104,7 @@ def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:
 
 
 def about(file: Path) -> dict[str, Any]:
-    """Returns the metadata of a trajectory, whose arrays are not read.
-
-    Raises:
-        ValueError: the file is not a recorded trajectory.
-        FileNotFoundError: there is no such file.
-    """
+    """Returns the metadata of a trajectory, as ``load`` does, but does not read its arrays."""
     with _open(file) as saved:
         metadata: dict[str, Any] = json.loads(str(saved["about"]))
     return metadata
