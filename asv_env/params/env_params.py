@@ -1,8 +1,8 @@
 """All parameters of an environment, checked against each other."""
 
 import math
-import operator
 from dataclasses import dataclass, field, replace
+from numbers import Integral
 from typing import Any
 
 from asv_env.checks import choice
@@ -11,8 +11,7 @@ from asv_env.params.surroundings import ClockParams, SensorParams, VariationPara
 from asv_env.params.task_params import RewardParams, TaskParams
 
 ACTION_MODES = ("tracking", "thrusters")
-SMALLEST_CAGE = 4
-"""Smallest team whose first and last boats cage the ends of the vessel."""
+SMALLEST_CAGE = 4  # smallest team whose first and last boats cage the ends of the vessel
 
 
 @dataclass(frozen=True)
@@ -112,10 +111,7 @@ def check_num_boats(num_boats: Any) -> int:
     Raises:
         ValueError: not a whole number from 2 to 100.
     """
-    try:
-        whole = operator.index(num_boats)
-    except TypeError:
-        whole = 0
-    if isinstance(num_boats, bool) or not 2 <= whole <= 100:
+    whole = isinstance(num_boats, Integral) and not isinstance(num_boats, bool)
+    if not whole or not 2 <= num_boats <= 100:
         raise ValueError(f"num_boats = {num_boats!r}: must be a whole number from 2 to 100")
-    return whole
+    return int(num_boats)

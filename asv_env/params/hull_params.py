@@ -6,8 +6,7 @@ from typing import Self
 from asv_env import geometry
 from asv_env.checks import TINY, check_numbers, check_pair
 
-NOMINAL_LENGTH = 0.40
-"""Length of the nominal vessel, m."""
+NOMINAL_LENGTH = 0.40  # length of the nominal vessel, m
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,8 @@ from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.tasks.termination import hold_ticks
 from asv_env.types import Bool, Float, Observation, State
 
-REACH = 1.5
-"""Bound of positions, arena half-widths: hulls may hang over the arena's edge."""
-FASTEST = 4.0
-"""Bound of velocities, full tracking actions."""
+REACH = 1.5  # bound of positions, arena half-widths: hulls may hang over the arena's edge
+FASTEST = 4.0  # bound of velocities, full tracking actions
 POSE_BOUND = (REACH, REACH, 1.0, 1.0)
 MOTION_BOUND = (*POSE_BOUND, FASTEST, FASTEST, FASTEST)
 
@@ -40,10 +38,6 @@ def _pose(pose: Float, params: EnvParams) -> list[Float]:
     return [pose[..., 0] / arena, pose[..., 1] / arena, e.real, e.imag]
 
 
-def _goal(state: State, params: EnvParams) -> Float:
-    return np.stack(_pose(state.goal[:, None], params), axis=-1)
-
-
 def _motion(motion: Float, params: EnvParams) -> Float:
     velocity = [motion[..., 3] / FULL_SPEED, motion[..., 4] / FULL_SPEED]
     return np.stack([*_pose(motion, params), *velocity, motion[..., 5] / FULL_YAW_RATE], axis=-1)
@@ -60,7 +54,7 @@ def _thrust(state: State, params: EnvParams) -> Float:
 
 PARTS = (
     Part("motion of the vessel", MOTION_BOUND, lambda s, p: _motion(s.motion[:, :1], p)),
-    Part("goal", POSE_BOUND, _goal),
+    Part("goal", POSE_BOUND, lambda s, p: np.stack(_pose(s.goal[:, None], p), axis=-1)),
     Part("side, closure, goal final, fraction of the hold time", (1.0,) * 4, _task),
     Part("motion of the boats", MOTION_BOUND, lambda s, p: _motion(s.motion[:, 1:], p), True),
     # In the vessel's frame; the slot of a failed boat may lie anywhere in the arena.

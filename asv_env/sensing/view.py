@@ -10,8 +10,7 @@ from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Sensed
 
-NEIGHBOURS = 4
-"""Number of boats that a boat observes."""
+NEIGHBOURS = 4  # number of boats that a boat observes
 
 
 @dataclass

@@ -14,8 +14,7 @@ from asv_env.geometry import direction, plane
 from asv_env.params import SMALLEST_CAGE, EnvParams, TaskParams
 from asv_env.types import Bool, Complex, Float
 
-CLOSURE_LOST = 2.0
-"""Distance of a boat from its slot at which closure is lost, slot tolerances."""
+CLOSURE_LOST = 2.0  # distance of a boat from its slot at which closure is lost, slot tolerances
 
 
 def slots(params: EnvParams, team: int) -> Complex:

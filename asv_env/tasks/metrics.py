@@ -9,8 +9,7 @@ from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Ending, Float, Int, State
 
-NEVER = -1
-"""Tick of an event that has not come."""
+NEVER = -1  # tick of an event that has not come
 
 
 @dataclass

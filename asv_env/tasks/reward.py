@@ -17,14 +17,11 @@ from asv_env.types import Ending, Float, State
 
 HEADING_WEIGHT = 0.25
 """Distance that costs as much as a turn of the vessel by 1 rad, m at the nominal size."""
-SIDEWAYS = 4.0
-"""Cost of a metre that the vessel moves without turning first, m."""
-GAUSSIAN = (0.08, 0.2)
-"""Width of the Gaussian of precision, m at the nominal size and rad."""
+SIDEWAYS = 4.0  # cost of a metre that the vessel moves without turning first, m
+GAUSSIAN = (0.08, 0.2)  # width of the Gaussian of precision, m at the nominal size and rad
 NARROW_GAUSSIAN = (0.02, 0.05)
 """Width of the Gaussian of a delivery's accuracy, m at the nominal size and rad."""
-LARGEST_STEP = 1.0
-"""Bound on the rise of a potential in one tick."""
+LARGEST_STEP = 1.0  # bound on the rise of a potential in one tick
 
 
 @dataclass

@@ -53,20 +53,9 @@ def simulate(
 
     An agent within stop_radius has arrived and stays. The turn direction D is that of the shorter
     path to pi/2 from the start; above the target it is determined again at each step, as an agent
-    that noise carries across pi/2 would otherwise be led once round.
-
-    Args:
-        r0: (...) m > 0.
-        alpha0: (...) rad.
-        speed: (...) m/s.
-        sigma: (...) rad > 0.
-        duration: s, at least dt.
-        dt: s > 0.
-        rng: source of the noise.
-        noise_r: m / sqrt(s), standard deviation of r after 1 s of noise alone.
-        noise_alpha: rad / sqrt(s), likewise of alpha.
-        stop_radius: m > 0.
-        unit_speed: see the module.
+    that noise carries across pi/2 would otherwise be led once round. ``noise_r``, m / sqrt(s), and
+    ``noise_alpha``, rad / sqrt(s), are the standard deviations after 1 s of noise alone;
+    ``duration`` is at least ``dt``, s.
 
     Returns:
         Times (T,) s, and r (T, ...) m and alpha (T, ...) rad at them, the start included.

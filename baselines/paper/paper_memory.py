@@ -6,8 +6,7 @@ import numpy as np
 
 from asv_env.types import Bool, Complex, Float, Int
 
-FAR_AWAY = 1e6
-"""Distance of the circle's centre before any arc is planned, m."""
+FAR_AWAY = 1e6  # distance of the circle's centre before any arc is planned, m
 
 
 @dataclass

@@ -28,7 +28,8 @@ TOLERANCE = 1e-9  # relative on radii, and rad on turns too small to count
 def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
     """Two-arc path from (0, 0, 0) to `goal` whose first arc turns by `alpha1` (Eqs 9-15).
 
-    Never refuses a radius; see `feasible`. Singular cases:
+    The goal is (..., 3) m, m, rad; alpha1 (...) rad may be on any branch. Never refuses a radius;
+    see `feasible`. Singular cases:
     alpha1 = 0 or alpha1 = h_f: that arc is a straight. Where it would have to be driven
     backwards, the limit (a full turn of infinite radius) is cut off at a remaining turn of 1e-9
     rad: finite, and far too long to use.
@@ -36,10 +37,6 @@ def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:
     x_f = y_f = 0: a turn on the spot, given the radius 1e-12 m.
 
     The end is on the goal to the rounding error of the path's total length.
-
-    Args:
-        goal: (..., 3) m, m, rad.
-        alpha1: (...) rad, any branch.
 
     Raises:
         ValueError: a number is not finite, or h_f = 0 and alpha1 is another than the one above.

@@ -12,9 +12,8 @@ from tqdm import tqdm
 from asv_env.checks import check_whole, choice
 from baselines.evaluate.publish import marks
 from baselines.reproduce import contents, fig10_trials
-from baselines.reproduce.artefact import Artefact, Job
+from baselines.reproduce.artefact import Artefact, Job, OutputFolder
 from baselines.reproduce.contents import ARTEFACTS
-from baselines.reproduce.output_folder import OutputFolder
 
 PROGRAM = "python -m baselines.reproduce"
 CAPTIONS = "README.md"

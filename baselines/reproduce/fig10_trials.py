@@ -5,7 +5,6 @@ is typed in.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from baselines.policy import POLICIES
 from baselines.reproduce import style
 from baselines.reproduce.artefact import Job, cell, markdown
 from baselines.reproduce.comparison_rows import describe
-from baselines.reproduce.paper_environments import experiment, run
+from baselines.reproduce.paper_environments import episodes, experiment
 
 COMPARED = ("paper", "scripted")
 SCENARIOS = ("nominal", "noisy")
@@ -33,14 +32,12 @@ Episodes = Sequence[dict[str, Any]]
 def trials(job: Job) -> dict[str, dict[str, Episodes]]:
     """Returns episodes of the experiment by policy and scenario."""
     seeds = job.seeds(max(job.trials, job.episodes))
-
-    def episodes(policy: str, scenario: str) -> Episodes:
-        params = experiment(scenario=scenario)
-        logs = run(POLICIES[policy], params, seeds, f"{policy}, {scenario}")
-        return [asdict(log.episode) for log in logs]
-
+    environments = {scenario: experiment(scenario=scenario) for scenario in SCENARIOS}
     return {
-        policy: {scenario: episodes(policy, scenario) for scenario in SCENARIOS}
+        policy: {
+            scenario: episodes(POLICIES[policy], params, seeds, f"{policy}, {scenario}")
+            for scenario, params in environments.items()
+        }
         for policy in COMPARED
     }
 
@@ -64,9 +61,8 @@ def error_figure(job: Job, study: dict[str, Any]) -> Figure:
     has no mark.
     """
     figure, axes = style.panels(style.PAGE, 62.0, 1, 2)
-    panels = zip(
-        axes, (palette.VERMILLION, palette.BLUE), (PAPER_POSITION, PAPER_HEADING), strict=True
-    )
+    colours, printed = (palette.VERMILLION, palette.BLUE), (PAPER_POSITION, PAPER_HEADING)
+    panels = zip(axes, colours, printed, strict=True)
     for column, (panel, colour, (mean, deviation)) in enumerate(panels):
         panel.axhspan(mean - deviation, mean + deviation, color=palette.PALE, lw=0)
         panel.axhline(mean, color=palette.GREY, ls=":", label="tank experiment (paper)")
@@ -104,12 +100,11 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
     rows = [dict(paper) | _in_columns(*map(_printed, (PAPER_POSITION, PAPER_HEADING)))]
     for policy in COMPARED:
         for scenario in SCENARIOS:
-            episodes = study[policy][scenario][: job.episodes]
-            number = len(episodes)
-            closed = sum(row["time_to_closure"] is not None for row in episodes) / number
-            delivered = sum(row["success"] for row in episodes) / number
-            row = ("simulation", policy, scenario, number, closed, delivered)
-            found = _in_columns(*map(describe, errors(episodes)))
+            done = study[policy][scenario][: job.episodes]
+            closed = sum(row["time_to_closure"] is not None for row in done) / len(done)
+            delivered = sum(row["success"] for row in done) / len(done)
+            row = ("simulation", policy, scenario, len(done), closed, delivered)
+            found = _in_columns(*map(describe, errors(done)))
             rows.append(dict(zip(names, row, strict=True)) | found)
     notes = [
         "Rows of the simulation: preset `experiment`, goal {0.55 m, -0.95 m, 0.1 rad} from the "

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from tqdm import tqdm
@@ -13,8 +14,7 @@ from baselines.policy import MakePolicy
 from baselines.rollout import runner
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
-WORLDS = 48
-"""Number of worlds that are simulated side by side."""
+WORLDS = 48  # number of worlds that are simulated side by side
 
 
 def experiment(task: str = "transport", scenario: str = "nominal", **options: Any) -> EnvParams:
@@ -48,6 +48,13 @@ def run(
     running = runner.run(make_policy, params, seeds, WORLDS)
     bar = tqdm(running, what, len(seeds), unit="episode", file=sys.stderr, leave=False, position=1)
     return sorted(bar, key=lambda log: log.episode.seed)
+
+
+def episodes(
+    make_policy: MakePolicy, params: EnvParams, seeds: Sequence[int], what: str
+) -> list[dict[str, Any]]:
+    """Returns the episodes with these seeds as rows of ``episodes.csv``; see ``run``."""
+    return [asdict(log.episode) for log in run(make_policy, params, seeds, what)]
 
 
 def before_closure(log: PoseLog, params: EnvParams) -> Float:

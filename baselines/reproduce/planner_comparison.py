@@ -1,7 +1,6 @@
 """Two arcs against the Dubins path: the comparison that the paper leaves to future work."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -19,17 +18,15 @@ from baselines.policy import MakePolicy
 from baselines.reproduce import fig5_paths, style
 from baselines.reproduce.artefact import Job
 from baselines.reproduce.comparison_rows import rows_of
-from baselines.reproduce.paper_environments import experiment, run
+from baselines.reproduce.paper_environments import episodes, experiment
 from baselines.scripted.gains import PathGains
 from baselines.scripted.planner import SEGMENTS, PathPlanner
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 Planner = Callable[[Float, float], ArcPath]
 """Function from goals (W, 3) in the vessel's frame and the least radius, m, to paths."""
-GOALS = 400
-"""Number of goals of the comparison by geometry; the first of them are also driven to."""
-TIME = 240.0
-"""Time limit, s: detours take longer than the task's own."""
+GOALS = 400  # number of goals of the comparison by geometry; the first of them are also driven to
+TIME = 240.0  # time limit, s: detours take longer than the task's own
 SCENARIOS = ("nominal", "noisy")
 MEASURES = {
     "delivered": ("success", 1.0),
@@ -107,18 +104,19 @@ def goals(params: EnvParams, seeds: Sequence[int]) -> Float:
 
 def compare(job: Job) -> dict[str, Any]:
     """Returns lengths by geometry for two minimal radii, and episodes by scenario and planner."""
-
-    def episodes(scenario: str, planner: str) -> list[dict[str, Any]]:
-        params, seeds = push_to_random_goals(scenario), job.seeds(job.episodes)
-        logs = run(PLANNERS[planner], params, seeds, f"{planner}, {scenario}")
-        return [asdict(log.episode) for log in logs]
-
-    params = push_to_random_goals("nominal")
+    environments = {scenario: push_to_random_goals(scenario) for scenario in SCENARIOS}
+    params, seeds = environments["nominal"], job.seeds(job.episodes)
     sampled = goals(params, job.seeds(GOALS))
     radii = (params.vessel.length / 2, least_radius(params))
     return {
         "lengths": {f"{radius:.2g}": fig5_paths.lengths(sampled, radius) for radius in radii},
-        "episodes": {s: {name: episodes(s, name) for name in PLANNERS} for s in SCENARIOS},
+        "episodes": {
+            scenario: {
+                name: episodes(make_policy, params, seeds, f"{name}, {scenario}")
+                for name, make_policy in PLANNERS.items()
+            }
+            for scenario, params in environments.items()
+        },
     }
 
 

@@ -21,8 +21,7 @@ VARIANCE = 0.05
 """Variance of the paper's noise, which has no unit there: rad^2 for angles, cm^2 for x and y."""
 GOALS = (PAPER_GOAL, (0.6, 0.7, -1.6))
 """Goals of Fig. 7, m, m, rad: one below the vessel and one in y > 0."""
-PER_SECOND = 5
-"""Number of poses that are kept of a log in each second."""
+PER_SECOND = 5  # number of poses that are kept of a log in each second
 
 
 class NoisyPoses:

@@ -12,12 +12,9 @@ from matplotlib.figure import Figure
 
 from baselines.evaluate.report import palette
 
-COLUMN = 88.0
-"""Width of one column of a journal, mm."""
-PAGE = 180.0
-"""Width of two columns of a journal, mm."""
-INCH = 25.4
-"""Length of an inch, mm."""
+COLUMN = 88.0  # width of one column of a journal, mm
+PAGE = 180.0  # width of two columns of a journal, mm
+INCH = 25.4  # length of an inch, mm
 DPI = 200
 SUFFIXES = (".png", ".pdf")
 MAP = "viridis"
@@ -25,17 +22,11 @@ MAP = "viridis"
 _SETTINGS: dict[str, Any] = {
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
-    "font.size": 8.0,
-    "axes.labelsize": 8.0,
-    "axes.titlesize": 8.0,
-    "xtick.labelsize": 7.0,
-    "ytick.labelsize": 7.0,
-    "legend.fontsize": 7.0,
+    **dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), 8.0),
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 7.0),
     "legend.frameon": False,
     "legend.handlelength": 1.6,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
+    **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
     "lines.linewidth": 1.0,
     "patch.linewidth": 0.8,
     "savefig.dpi": DPI,
