@@ -3,8 +3,6 @@
 It exits with 1 if the resident set grows by more than ``LIMIT`` after the first quarter.
 """
 
-from __future__ import annotations
-
 import math
 import resource
 import sys
@@ -15,7 +13,7 @@ from typing import Any
 import pandas as pd
 import tyro
 from subjects import PUSHING, UNCONSTRAINED, Situation, vector_subject
-from tqdm import tqdm
+from tqdm import trange
 
 LIMIT = 4.0
 """Growth of the resident set that still counts as none, MiB."""
@@ -36,11 +34,9 @@ def measure(situation: Situation, options: Options) -> dict[str, Any]:
     subject = vector_subject(situation, options.worlds)
     quarter = math.ceil(options.steps / options.worlds / 4)
     resident = [resident_mib()]
-    with tqdm(total=4 * quarter, desc=situation.name, unit="step") as bar:
-        for _ in range(4):
-            for _ in range(quarter):
-                subject.step()
-                bar.update()
+    for step in trange(1, 4 * quarter + 1, desc=situation.name, unit="step"):
+        subject.step()
+        if step % quarter == 0:
             resident.append(resident_mib())
     row = {"situation": situation.name, "world-steps": 4 * quarter * options.worlds}
     row |= dict(zip(("start", "1/4", "1/2", "3/4", "end"), resident, strict=True))

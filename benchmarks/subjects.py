@@ -1,7 +1,5 @@
 """What is timed: adapters of this environment in two situations, and VMAS ``transport``."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import itertools
@@ -43,8 +41,8 @@ class Situation:
     @property
     def options(self) -> dict[str, Any]:
         """Arguments of the environment's adapters."""
-        common = {"num_boats": NUM_BOATS, "clock": CLOCK}
-        return {"task": self.task, "time_limit": self.time_limit, **common}
+        own = {"task": self.task, "time_limit": self.time_limit}
+        return own | {"num_boats": NUM_BOATS, "clock": CLOCK}
 
 
 @dataclass
@@ -144,12 +142,7 @@ def vmas_subject(worlds: int) -> Subject:
 
 
 def all_subjects(sizes: Sequence[int], vmas: bool) -> list[Subject]:
-    """Returns all that is timed, each size's together.
-
-    Args:
-        sizes: numbers of worlds.
-        vmas: whether VMAS is timed too, if it is installed.
-    """
+    """Returns all that is timed, by numbers of worlds; VMAS too where wanted and installed."""
     found = []
     for worlds in sizes:
         if vmas:

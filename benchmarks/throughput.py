@@ -10,11 +10,9 @@ and autoreset) of worlds of 4 boats, physics at 50 Hz, control at 10 Hz, in two 
 Episodes end by a time limit (60 s and 20 s), staggered over the worlds, so that every stretch of
 time has its share of resets.
 
-*Bare* is the time spent in ``pymunk.Space.step`` by these very steps: the method is wrapped in a
-stopwatch while the environment runs, so that worlds, contacts and moment are the same. What the
-stopwatch itself costs is measured at the start and taken off both times. Bare includes what
-Pymunk's own Python does in that method, and the caches are as the rest of the step leaves them; a
-loop of nothing but ``Space.step`` would find them warmer.
+*Bare* is the time spent in ``pymunk.Space.step`` by these very steps, under a stopwatch whose own
+cost is measured at the start and taken off. It includes what Pymunk's own Python does, with the
+caches as the rest of the step leaves them; a loop of nothing but ``Space.step`` would be faster.
 
 VMAS ``transport`` (4 agents, random continuous actions, one torch thread, one physics substep a
 step where ours takes five) is stepped through its public interface only. It is never reset, which
@@ -23,8 +21,6 @@ is in its favour. Actions are drawn beforehand on both sides.
 All subjects take turns, a short measurement each, in every round; a ratio is taken within a round,
 between neighbours in time, and the table shows medians and ranges over the rounds.
 """
-
-from __future__ import annotations
 
 import contextlib
 import json
@@ -132,17 +128,16 @@ def with_rates(samples: pd.DataFrame) -> pd.DataFrame:
     rate = worlds * steps / seconds
     vmas = rate.where(samples["adapter"] == "VMAS")
     vmas = vmas.groupby([samples["round"], worlds]).transform("max").where(bare.notna())
-    return samples.assign(
-        **{
-            "env-steps/s": rate,
-            "agent-steps/s": NUM_BOATS * rate,
-            "µs a step": 1e6 / rate,
-            "bare µs": 1e6 * bare / steps / worlds,
-            "ours/bare": seconds / bare,
-            "env-steps/VMAS": rate / vmas,
-            "substeps/VMAS": SUBSTEPS / VMAS_SUBSTEPS * rate / vmas,
-        }
-    )
+    rates = {
+        "env-steps/s": rate,
+        "agent-steps/s": NUM_BOATS * rate,
+        "µs a step": 1e6 / rate,
+        "bare µs": 1e6 * bare / steps / worlds,
+        "ours/bare": seconds / bare,
+        "env-steps/VMAS": rate / vmas,
+        "substeps/VMAS": SUBSTEPS / VMAS_SUBSTEPS * rate / vmas,
+    }
+    return samples.assign(**rates)
 
 
 def table(samples: pd.DataFrame) -> str:

@@ -8,8 +8,6 @@ stable-baselines3). Worlds of one scenario share one simulation, in which each c
 all of them.
 """
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
