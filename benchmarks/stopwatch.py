@@ -1,90 +1,76 @@
-"""The time that an environment's steps spend in ``pymunk.Space.step``."""
+"""The time that is spent in some functions."""
 
-import contextlib
-import functools
-import math
 import time
 import timeit
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
-from unittest import mock
-
-import pymunk
-
-
-@dataclass
-class Sample:
-    """One measurement.
-
-    Attributes:
-        steps: number of steps of all worlds.
-        seconds: duration, without the stopwatch's own time.
-        bare: part of it that was spent in ``Space.step``, s; NaN without one.
-        touching: fraction of the boats that touch something at its end; NaN if unknown.
-    """
-
-    steps: int
-    seconds: float
-    bare: float = math.nan
-    touching: float = math.nan
 
 
 class Stopwatch:
-    """Adds up the time spent in a function.
+    """Adds up the time spent in functions, each without that of the timed ones that it calls.
 
     Attributes:
-        seconds: so far, with the part of the overhead that falls between the readings.
-        calls: so far.
+        seconds: so far, by the names under which functions are timed.
+        calls: so far, by the same names.
     """
 
     def __init__(self) -> None:
         self.restart()
-        self._inside, self._whole = self._overhead()
-
-    def around(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Returns the function, timed."""
-
-        @functools.wraps(function)
-        def timed(*arguments: Any) -> Any:
-            start = time.perf_counter()
-            result = function(*arguments)
-            self.seconds += time.perf_counter() - start
-            self.calls += 1
-            return result
-
-        return timed
 
     def restart(self) -> None:
-        """Sets time and calls to zero."""
-        self.seconds, self.calls = 0.0, 0
+        """Sets times and calls to zero."""
+        self.seconds: dict[str, float] = defaultdict(float)
+        self.calls: Counter[str] = Counter()
+        self._running: list[str] = []
+        self._since = time.perf_counter()
 
-    def sample(self, steps: int, seconds: float, touching: float) -> Sample:
-        """Returns a measurement, with the time of the stopwatch itself taken off."""
-        bare = self.seconds - self.calls * self._inside
-        return Sample(steps, seconds - self.calls * self._whole, bare, touching)
+    def timed(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Returns the function, whose time is added to that of ``name``."""
 
-    def _overhead(self, tries: int = 20, calls: int = 20_000) -> tuple[float, float]:
-        """Returns the additional seconds of a call: between the two readings, and in all."""
+        def call(*args: Any, **kwargs: Any) -> Any:
+            self._charge()
+            self._running.append(name)
+            try:
+                return function(*args, **kwargs)
+            finally:
+                self._charge()
+                self._running.pop()
+                self.calls[name] += 1
+
+        return call
+
+    def timed_iterator(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Returns a function that yields, whose time is added to that of ``name``."""
+
+        def call(*args: Any, **kwargs: Any) -> Iterator[Any]:
+            following = self.timed(name, partial(next, function(*args, **kwargs), None))
+            while (item := following()) is not None:
+                yield item
+
+        return call
+
+    def overhead(self, tries: int = 20, calls: int = 20_000) -> tuple[float, float]:
+        """Returns the additional seconds of a timed call: those that it is charged, and all."""
 
         def nothing(space: object, dt: float) -> None:
             pass
 
-        names = {"nothing": nothing, "timed": self.around(nothing)}
+        names = {"nothing": nothing, "timed": self.timed("nothing", nothing)}
         inside, whole, plain = [], [], []
         for _ in range(tries):
             self.restart()
             plain.append(timeit.timeit("nothing(None, 0.0)", globals=names, number=calls))
             whole.append(timeit.timeit("timed(None, 0.0)", globals=names, number=calls))
-            inside.append(self.seconds)
+            inside.append(self.seconds["nothing"])
         self.restart()
         # The fastest try is the one that the rest of the machine disturbed least.
         return (min(inside) - min(plain)) / calls, (min(whole) - min(plain)) / calls
 
-
-@contextlib.contextmanager
-def timed_space_steps() -> Iterator[Stopwatch]:
-    """Wraps ``pymunk.Space.step``; environments made inside are timed."""
-    watch = Stopwatch()
-    with mock.patch.object(pymunk.Space, "step", watch.around(pymunk.Space.step)):
-        yield watch
+    def _charge(self) -> None:
+        """Adds the time since the last reading to the function that runs."""
+        now = time.perf_counter()
+        if self._running:
+            self.seconds[self._running[-1]] += now - self._since
+        self._since = now

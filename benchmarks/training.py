@@ -8,19 +8,15 @@ stable-baselines3). Worlds of one scenario share one simulation, in which each c
 all of them.
 """
 
-import time
-from collections import defaultdict
-from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 from unittest import mock
 
 import torch
 import tyro
 from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.policies import ActorCriticPolicy
+from stopwatch import Stopwatch
 
 from asv_env.physics.dynamics import Dynamics
 from train.config import Config
@@ -28,50 +24,6 @@ from train.sb3.buffer import TorchRolloutBuffer
 from train.sb3.ppo import Learner
 from train.sb3.vec_env import TrainingVecEnv
 from train.sections import WorldOptions
-
-
-class Clock:
-    """Adds up the time spent in functions, each without that of the functions that it calls.
-
-    Attributes:
-        seconds: so far, by the names under which functions are timed.
-    """
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = defaultdict(float)
-        self._running: list[str] = []
-        self._since = time.perf_counter()
-
-    def _charge(self) -> None:
-        now = time.perf_counter()
-        if self._running:
-            self.seconds[self._running[-1]] += now - self._since
-        self._since = now
-
-    def timed(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Returns the function, whose time is added to that of ``name``."""
-
-        def call(*args: Any, **kwargs: Any) -> Any:
-            self._charge()
-            self._running.append(name)
-            try:
-                return function(*args, **kwargs)
-            finally:
-                self._charge()
-                self._running.pop()
-
-        return call
-
-    def timed_iterator(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Returns a function that yields, whose time is added to that of ``name``."""
-
-        def call(*args: Any, **kwargs: Any) -> Iterator[Any]:
-            following = self.timed(name, partial(next, function(*args, **kwargs), None))
-            while (item := following()) is not None:
-                yield item
-
-        return call
-
 
 PARTS = (
     (Dynamics, "advance", "physics"),
@@ -110,19 +62,19 @@ def main(options: Options) -> None:
     learner = Learner.create(config, env)
     rollout = env.num_envs * config.ppo.num_steps
     learner.learn(rollout)  # warms up
-    clock = Clock()
+    watch = Stopwatch()
     with ExitStack() as patches:
         for owner, name, part in PARTS:
-            timed = clock.timed(part, getattr(owner, name))
+            timed = watch.timed(part, getattr(owner, name))
             patches.enter_context(mock.patch.object(owner, name, timed))
-        batches = clock.timed_iterator("rest", RolloutBuffer.get)
+        batches = watch.timed_iterator("rest", RolloutBuffer.get)
         patches.enter_context(mock.patch.object(RolloutBuffer, "get", batches))
-        learn = clock.timed("rest", learner.learn)
+        learn = watch.timed("rest", learner.learn)
         learn(options.updates * rollout, reset_num_timesteps=False)
-    total = sum(clock.seconds.values())
+    total = sum(watch.seconds.values())
     print(f"{options.updates * rollout / total:,.0f} timesteps a second")
     for part in ("physics", "torch", "rest"):
-        print(f"{part:8} {clock.seconds[part] / total:6.1%}")
+        print(f"{part:8} {watch.seconds[part] / total:6.1%}")
 
 
 if __name__ == "__main__":

@@ -47,15 +47,12 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begins an episode.
+        """Begins an episode; returns the observation (A, K) and an empty info.
 
         Args:
             seed: seed of the world; None continues its Generator.
             options: ``{"goal": [x m, y m, heading rad]}`` sets the goal of this episode; other
                 keys are ignored with a warning.
-
-        Returns:
-            Observation (A, K) and an empty info.
 
         Raises:
             ValueError: a bad seed or goal, or the environment is closed.
@@ -66,10 +63,7 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
         return observation, {}
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Advances the world by one control step.
-
-        Args:
-            action: (A, 2).
+        """Advances the world by one control step under an action (A, 2).
 
         Returns:
             Observation (A, K), reward, terminated, truncated, info.
@@ -79,9 +73,9 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
                 running; ``ClosedError`` after close.
         """
         self._require("step", Stage.RUNNING)
-        action, shape = np.asarray(action), self.action_space.shape
-        if action.shape != shape:
-            raise ValueError(f"action of shape {action.shape}: must be {shape}")
+        action = np.asarray(action)
+        if action.shape != self.action_space.shape:
+            raise ValueError(f"action of shape {action.shape}: must be {self.action_space.shape}")
         step, terminated, truncated, summary = self._advance(action)
         terms = {
             name: (value if value.size == 1 else team_mean(value)).item()

@@ -37,11 +37,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         state_space: space of ``state()``, (S,) float32.
     """
 
-    metadata: dict[str, Any] = {
-        **Adapter.metadata,
-        "name": "asv_env/transport-v0",
-        "is_parallelizable": True,
-    }
+    metadata = {**Adapter.metadata, "name": "asv_env/transport-v0", "is_parallelizable": True}
 
     def __init__(
         self,
@@ -58,7 +54,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         self.possible_agents = [f"asv_{boat}" for boat in range(params.num_boats)]
         self.agents: list[str] = []
         # Every agent has spaces of its own, so that seeding one leaves the others alone.
-        spaces = {agent: boat_spaces(self.params) for agent in self.possible_agents}
+        spaces = {agent: boat_spaces(params) for agent in self.possible_agents}
         self.observation_spaces = {agent: observed for agent, (observed, _) in spaces.items()}
         self.action_spaces = {agent: acted for agent, (_, acted) in spaces.items()}
         bound = global_state_bound(params.num_boats)
@@ -75,11 +71,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], Infos]:
-        """Begins an episode; see ``JointEnv.reset``.
-
-        Returns:
-            Observations (K,) and empty infos, by agent.
-        """
+        """Begins an episode, see ``JointEnv``; returns observations (K,) and infos by agent."""
         observation = self._begin(seed, goal_option(options))
         self.agents = self.possible_agents[:]
         return dict(zip(self.agents, observation, strict=True)), {a: {} for a in self.agents}
@@ -87,10 +79,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     def step(
         self, actions: Mapping[str, Action]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], Infos]:
-        """Advances the world by one control step.
-
-        Args:
-            actions: (2,) of every agent.
+        """Advances the world by one control step under an action (2,) of every agent.
 
         Returns:
             Observations (K,), rewards, terminations, truncations and infos, by agent.
@@ -105,13 +94,10 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         if terminated or truncated:
             self.agents = []
         infos = [{"reward_terms": _terms(step, boat), **summary} for boat in range(len(agents))]
-        return (
-            dict(zip(agents, step.observation[0], strict=True)),
-            dict(zip(agents, step.reward[0].tolist(), strict=True)),
-            dict.fromkeys(agents, terminated),
-            dict.fromkeys(agents, truncated),
-            dict(zip(agents, infos, strict=True)),
-        )
+        observations = dict(zip(agents, step.observation[0], strict=True))
+        rewards = dict(zip(agents, step.reward[0].tolist(), strict=True))
+        ends = dict.fromkeys(agents, terminated), dict.fromkeys(agents, truncated)
+        return observations, rewards, *ends, dict(zip(agents, infos, strict=True))
 
     def state(self) -> Observation:
         """Returns the global state (S,) float32 for centralised critics; see ``global_state``."""

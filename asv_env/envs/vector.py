@@ -80,15 +80,12 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observation, Infos]:
-        """Begins new episodes.
+        """Begins new episodes; returns observations (W, A, K) of all worlds and empty infos.
 
         Args:
             seed: seed of world 0, world i gets ``seed + i``; or one for each world; None
                 continues the worlds' Generators.
             options: as of ``JointEnv``; and "reset_mask" (W,) bool selects the worlds to reset.
-
-        Returns:
-            Observations (W, A, K) of all worlds and empty infos.
 
         Raises:
             ValueError: bad seeds, goal or mask, or the environment is closed.
@@ -108,10 +105,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         return self._latest.copy(), {}
 
     def step(self, actions: Action) -> tuple[Observation, Float, Bool, Bool, Infos]:
-        """Advances every world by one control step, or into its next episode.
-
-        Args:
-            actions: (W, A, 2).
+        """Advances all worlds by one control step under actions (W, A, 2), or into the next episode.
 
         Returns:
             Observations (W, A, K), rewards (W,), terminated (W,), truncated (W,), infos.

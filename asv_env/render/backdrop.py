@@ -77,7 +77,7 @@ def streamlines(
     length: float,
     steps: int = 10,
 ) -> Float:
-    """Returns short stretches of streamlines all over a frame, as long as the water is fast.
+    """Returns streamlines (n, steps + 1, 2) px all over a frame, as long as the water is fast.
 
     Args:
         camera: the camera of the frame.
@@ -86,9 +86,6 @@ def streamlines(
         spacing: distance between the middles of neighbouring lines, px.
         length: length of a line where the water flows at ``current_speed``, px.
         steps: steps of the integration.
-
-    Returns:
-        (n, steps + 1, 2) pixels, downstream.
     """
     rows = np.arange(0.0, size[1] + spacing, spacing * math.sqrt(0.75))
     columns = np.arange(0.0, size[0] + spacing, spacing)

@@ -2,8 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -18,61 +16,39 @@ SMALLEST_BOAT = 9.0
 """Length below which boats are drawn enlarged, px."""
 
 
-@dataclass(frozen=True)
 class Layout:
     """One world as a camera sees it.
 
-    Attributes:
+    Args:
         params: parameters of the simulation.
         camera: the position of the world in the frame.
         size: (width, height) of the frame, px.
         band: height of the bands for captions above and below the water, px.
+
+    Attributes:
+        unit: scale of widths and text, 1 for a frame of ``DESIGN`` pixels.
+        bar: length of the scale bar and spacing of the grid, m.
+        flows: whether the water moves.
+        enlarged: factor by which boats are drawn larger than they are, at least 1.
+        detailed: whether boats are large enough for an edge round the hull.
+        vessel: corners (n,) of the vessel in its own frame, m.
+        boat: corners (n,) of a boat as it is drawn, in its own frame, m.
     """
 
-    params: EnvParams
-    camera: Camera
-    size: tuple[int, int]
-    band: float
-
-    @cached_property
-    def unit(self) -> float:
-        """Scale of widths and text: 1 for a frame of ``DESIGN`` pixels."""
-        return min(self.size) / DESIGN
-
-    @cached_property
-    def bar(self) -> float:
-        """Length of the scale bar and spacing of the grid, m."""
-        return round_number(min(self.size) / 4.5 / self.camera.scale)
-
-    @cached_property
-    def flows(self) -> bool:
-        """Whether the water moves."""
-        return self.params.water.current != "still" and self.params.water.current_speed > 0
-
-    @cached_property
-    def vessel(self) -> Complex:
-        """Corners (n,) of the vessel in its own frame, m."""
-        return vertices(self.params.vessel.outline)
-
-    @cached_property
-    def enlarged(self) -> float:
-        """Factor by which boats are drawn larger than they are, at least 1."""
-        drawn = self.params.boat.length * self.camera.scale
-        return max(1.0, SMALLEST_BOAT * self.unit / drawn)
-
-    @cached_property
-    def boat(self) -> Complex:
-        """Corners (n,) of a boat as it is drawn, in its own frame, m.
-
-        It grows backwards, so that the bow of a boat that pushes stays outside the vessel.
-        """
-        shift = (self.enlarged - 1) * self.params.boat.length / 2
-        return self.enlarged * vertices(self.params.boat.outline) - shift
-
-    @cached_property
-    def detailed(self) -> bool:
-        """Whether boats are large enough for an edge round the hull."""
-        return self.params.boat.length * self.camera.scale > 1.6 * SMALLEST_BOAT * self.unit
+    def __init__(
+        self, params: EnvParams, camera: Camera, size: tuple[int, int], band: float
+    ) -> None:
+        self.params, self.camera, self.size, self.band = params, camera, size, band
+        self.unit = min(size) / DESIGN
+        self.bar = round_number(min(size) / 4.5 / camera.scale)
+        self.flows = params.water.current != "still" and params.water.current_speed > 0
+        drawn = params.boat.length * camera.scale
+        self.enlarged = max(1.0, SMALLEST_BOAT * self.unit / drawn)
+        self.detailed = drawn > 1.6 * SMALLEST_BOAT * self.unit
+        self.vessel = vertices(params.vessel.outline)
+        # Boats grow backwards, so that the bow of one that pushes stays outside the vessel.
+        shift = (self.enlarged - 1) * params.boat.length / 2
+        self.boat = self.enlarged * vertices(params.boat.outline) - shift
 
     def pixels(self, shape: Complex | Float, pose: Float) -> Float:
         """Returns the pixels (..., n, 2) of a shape (n,) of bodies with poses (..., >= 3)."""

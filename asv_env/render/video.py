@@ -26,7 +26,7 @@ QUALITY = 20
 def save(
     frames: Iterable[Frame], path: str | os.PathLike[str], fps: float, overwrite: bool = False
 ) -> Path:
-    """Writes frames to a video, whose format is that of the path's suffix.
+    """Writes frames to a video and returns its path.
 
     Args:
         frames: each (height, width, 3) uint8, all of one size; for MP4 both sides even.
@@ -34,12 +34,8 @@ def save(
         fps: frames per second, at most 50 for a GIF.
         overwrite: whether a file that exists may be replaced.
 
-    Returns:
-        The path.
-
     Raises:
-        ValueError: an unknown suffix, no frames, frames of a wrong type or of different
-            sizes, odd sides for MP4, or a rate out of range.
+        ValueError: one of these is not so, or there are no frames.
         FileExistsError: the file exists and ``overwrite`` is False.
     """
     path = Path(path)
