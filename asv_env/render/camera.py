@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from asv_env.geometry import xy
-from asv_env.params import EnvParams, HullParams
+from asv_env.params import EnvParams
 from asv_env.types import Complex, Float
 
 Box = tuple[complex, complex]
@@ -79,18 +79,13 @@ def next_box(box: Box, params: EnvParams, motion: Float, goal: Float | None) -> 
 
 
 def _bounds(params: EnvParams, motion: Float, goal: Float | None, margin: float) -> Box:
-    centres = motion[:, 0] + 1j * motion[:, 1]
-    radii = np.full(len(centres), _radius(params.boat))
-    radii[0] = _radius(params.vessel)
+    """Returns the box that contains all bodies and the goal, and a margin, m."""
+    places, hulls = list(motion[:, :2]), [params.vessel] + [params.boat] * params.num_boats
     if goal is not None:
-        centres = np.append(centres, goal[0] + 1j * goal[1])
-        radii = np.append(radii, radii[0])
-    reach = (radii + margin) * (1 + 1j)
+        places, hulls = [*places, goal[:2]], [*hulls, params.vessel]
+    radii = np.array([math.hypot(hull.length, hull.width) / 2 for hull in hulls])
+    centres, reach = np.array(places) @ np.array([1, 1j]), (radii + margin) * (1 + 1j)
     return _around(*(centres - reach), *(centres + reach))
-
-
-def _radius(hull: HullParams) -> float:
-    return math.hypot(hull.length, hull.width) / 2
 
 
 def _around(*points: complex) -> Box:

@@ -96,20 +96,17 @@ class Viewer:
             limit = min(1500, max(200, TRAIL_POINTS // (1 + params.num_boats)))
             self._trail = Trail(0.02 * params.vessel.length, limit)
             self._look(first_box(params, state.motion, goal))
-        else:
-            box = next_box(self._box, params, state.motion, goal)
-            if box != self._box:
-                self._look(box)
+        elif (box := next_box(self._box, params, state.motion, goal)) != self._box:
+            self._look(box)
         self._trail.record(int(state.tick), plane(state.motion))
-        self._last = world, int(state.tick), _poses(state)
 
     def _begins(self, state: State, world: int) -> bool:
         """Returns whether this is another episode than that of the frame before."""
-        if self._last is None:
+        poses, tick = np.concatenate([state.goal, state.motion.ravel()]), int(state.tick)
+        last, self._last = self._last, (world, tick, poses)
+        if last is None or last[0] != world:
             return True
-        last_world, last_tick, last_poses = self._last
-        differs = state.tick == last_tick and not np.array_equal(_poses(state), last_poses)
-        return world != last_world or bool(state.tick < last_tick) or differs
+        return tick < last[1] or (tick == last[1] and not np.array_equal(poses, last[2]))
 
     def _look(self, box: Box) -> None:
         """Points the camera at a box of the world and paints what does not move."""
@@ -134,11 +131,6 @@ class Viewer:
         bodies.paint_slots(canvas, layout, state)
         bodies.paint_boats(canvas, layout, state)
         paint_header(canvas, layout, state)
-
-
-def _poses(state: State) -> Float:
-    """Returns what distinguishes worlds at the same tick: the goal and all motion."""
-    return np.concatenate([state.goal, state.motion.ravel()])
 
 
 def _checked_size(size: Sequence[int]) -> tuple[int, int]:
