@@ -13,8 +13,7 @@ from asv_env.checks import choice, nearest
 from asv_env.params import EnvParams
 from asv_env.render import MODES
 from asv_env.sensing import observation
-from asv_env.simulation import WORLDS_PER_SPACE, Simulation
-from asv_env.tasks import InitialStates
+from asv_env.simulation import Simulation
 from asv_env.types import Action, Float, Observation, TimeStep
 
 
@@ -47,23 +46,20 @@ class Adapter:
     metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}
     _viewer: Any = None
 
-    def _open(
-        self,
-        params: EnvParams,
-        render_mode: str | None,
-        num_worlds: int = 1,
-        worlds_per_space: int = WORLDS_PER_SPACE,
-        initial_states: InitialStates | None = None,
-        **metadata: Any,
-    ) -> None:
-        """Makes the simulation; see ``presets.make_params`` and ``Simulation``."""
+    def _open(self, simulation: Simulation, render_mode: str | None, **metadata: Any) -> None:
+        """Begins the life of an environment."""
         if render_mode is not None:
             choice("render_mode", render_mode, MODES)
-        self.params = params
-        self.render_mode = render_mode
-        self.metadata = {**self.metadata, "render_fps": params.clock.control, **metadata}
-        self.simulation = Simulation(params, num_worlds, worlds_per_space, initial_states)
+        self.simulation, self.render_mode = simulation, render_mode
+        self.params: EnvParams = simulation.params
+        self.metadata = {**self.metadata, "render_fps": self.params.clock.control, **metadata}
         self._stage = Stage.NEW
+
+    def _boat_spaces(self, *leading: int) -> tuple[Space[Any], Space[Any]]:
+        """Returns the spaces of observations (..., K) and actions (..., 2) with leading axes."""
+        bound = observation.bounds(observation.features(self.params))
+        high = np.broadcast_to(bound, (*leading, len(bound)))
+        return Box(-high, high, dtype=np.float32), Box(-1.0, 1.0, (*leading, 2), dtype=np.float32)
 
     def _require(self, call: str, *stages: Stage) -> None:
         """Refuses a call in any other stage than these: ClosedError, ResetNeededError."""
@@ -125,13 +121,6 @@ class Adapter:
         """Keeps the window up to date, if there is one."""
         if self.render_mode == "human":
             self._frame()
-
-
-def boat_spaces(params: EnvParams, *leading: int) -> tuple[Space[Any], Space[Any]]:
-    """Returns the spaces of observations (..., K) and actions (..., 2) with these leading axes."""
-    bound = observation.bounds(observation.features(params))
-    high = np.broadcast_to(bound, (*leading, len(bound)))
-    return Box(-high, high, dtype=np.float32), Box(-1.0, 1.0, (*leading, 2), dtype=np.float32)
 
 
 def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ()) -> Any:

@@ -5,8 +5,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option, team_mean
+from asv_env.envs.common import Adapter, Stage, goal_option, team_mean
 from asv_env.presets import Overrides, make_params
+from asv_env.simulation import Simulation
 from asv_env.tasks import Task
 from asv_env.types import Action, Observation
 
@@ -41,8 +42,9 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
-        self._open(make_params(task, num_boats, scenario, **options), render_mode)
-        self.observation_space, self.action_space = boat_spaces(self.params, self.params.num_boats)
+        params = make_params(task, num_boats, scenario, **options)
+        self._open(Simulation(params), render_mode)
+        self.observation_space, self.action_space = self._boat_spaces(params.num_boats)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

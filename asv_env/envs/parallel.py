@@ -8,9 +8,10 @@ from gymnasium.spaces import Box, Space
 from pettingzoo import ParallelEnv
 
 from asv_env.checks import nearest
-from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option
+from asv_env.envs.common import Adapter, Stage, goal_option
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
+from asv_env.simulation import Simulation
 from asv_env.tasks import InitialStates, Task
 from asv_env.types import Action, Observation, TimeStep
 
@@ -50,11 +51,12 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     ) -> None:
         params = make_params(task, num_boats, scenario, **options)
         name = f"asv_env/{params.task.name}-v0"
-        self._open(params, render_mode, initial_states=initial_states, name=name)
+        simulation = Simulation(params, initial_states=initial_states)
+        self._open(simulation, render_mode, name=name)
         self.possible_agents = [f"asv_{boat}" for boat in range(params.num_boats)]
         self.agents: list[str] = []
         # Every agent has spaces of its own, so that seeding one leaves the others alone.
-        spaces = {agent: boat_spaces(params) for agent in self.possible_agents}
+        spaces = {agent: self._boat_spaces() for agent in self.possible_agents}
         self.observation_spaces = {agent: observed for agent, (observed, _) in spaces.items()}
         self.action_spaces = {agent: acted for agent, (_, acted) in spaces.items()}
         bound = global_state_bound(params.num_boats)

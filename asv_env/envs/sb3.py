@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
-from asv_env.envs.common import Adapter, Stage, boat_spaces, goal_option, summaries
+from asv_env.envs.common import Adapter, Stage, goal_option, summaries
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
-from asv_env.simulation import WORLDS_PER_SPACE
+from asv_env.simulation import WORLDS_PER_SPACE, Simulation
 from asv_env.tasks import InitialStates, Task
 from asv_env.types import Action, Bool, Observation, rows
 
@@ -70,14 +70,15 @@ class BoatVecEnv(Adapter, VecEnv):
         **options: Any,
     ) -> None:
         params = make_params(task, num_boats, scenario, **options)
-        self._open(params, render_mode, num_envs, worlds_per_space, initial_states)
+        simulation = Simulation(params, num_envs, worlds_per_space, initial_states)
+        self._open(simulation, render_mode)
         self.num_worlds, self._team = num_envs, params.num_boats
         self._stagger, self._with_state = stagger, with_state
         self._limit = np.full(num_envs, params.time_limit_ticks)
         self._return = np.zeros((num_envs, self._team))
         self._actions: Action | None = None
         self._began = time.time()
-        observation_space, action_space = boat_spaces(params)
+        observation_space, action_space = self._boat_spaces()
         self._shape = (num_envs, self._team, *(observation_space.shape or ()))
         if with_state:
             bound = global_state_bound(self._team)

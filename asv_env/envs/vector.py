@@ -8,16 +8,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from asv_env.checks import choice
-from asv_env.envs.common import (
-    Adapter,
-    ResetNeededError,
-    Stage,
-    boat_spaces,
-    goal_option,
-    team_mean,
-)
+from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option, team_mean
 from asv_env.presets import Overrides, make_params
-from asv_env.simulation import WORLDS_PER_SPACE
+from asv_env.simulation import WORLDS_PER_SPACE, Simulation
 from asv_env.tasks import Task
 from asv_env.types import Action, Bool, Float, Observation, TimeStep
 
@@ -65,10 +58,10 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             known = [mode.value for mode in AutoresetMode]
             autoreset_mode = AutoresetMode(choice("autoreset_mode", autoreset_mode, known))
         params = make_params(task, num_boats, scenario, **options)
-        self._open(params, render_mode, num_envs, worlds_per_space, autoreset_mode=autoreset_mode)
-        self._mode = autoreset_mode
-        self.num_envs = num_envs
-        spaces = boat_spaces(params, params.num_boats)
+        simulation = Simulation(params, num_envs, worlds_per_space)
+        self._open(simulation, render_mode, autoreset_mode=autoreset_mode)
+        self.num_envs, self._mode = num_envs, autoreset_mode
+        spaces = self._boat_spaces(params.num_boats)
         self.single_observation_space, self.single_action_space = spaces
         self.observation_space, self.action_space = (batch_space(s, num_envs) for s in spaces)
         self._over = np.zeros(num_envs, dtype=np.bool_)
@@ -105,7 +98,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         return self._latest.copy(), {}
 
     def step(self, actions: Action) -> tuple[Observation, Float, Bool, Bool, Infos]:
-        """Advances all worlds by one control step under actions (W, A, 2), or into the next episode.
+        """Advances all worlds by a control step under actions (W, A, 2), or into the next episode.
 
         Returns:
             Observations (W, A, K), rewards (W,), terminated (W,), truncated (W,), infos.

@@ -1,7 +1,6 @@
 """A canvas to paint on, a window that shows it, and pygame, which others import from here."""
 
 import os
-from typing import Self
 
 import numpy as np
 
@@ -30,10 +29,6 @@ class Canvas:
         pygame.font.init()
         self.surface = pygame.Surface((FINE * size[0], FINE * size[1]), 0, 32)
         self._font = pygame.font.Font(None, FINE * text)
-
-    def copy(self, other: Self) -> None:
-        """Takes over the content of another canvas."""
-        self.surface.blit(other.surface, (0, 0))
 
     def fill_gradient(self, top: Colour, bottom: Colour) -> None:
         """Fills the canvas with colours between two."""

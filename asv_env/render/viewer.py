@@ -121,7 +121,7 @@ class Viewer:
     def _paint(self, state: State) -> None:
         """Paints what moves, from the water up, and the captions about it."""
         canvas, layout, has_goal = self._canvas, self._layout, self.params.definition.has_goal
-        canvas.copy(self._still)
+        canvas.surface.blit(self._still.surface, (0, 0))
         if has_goal:
             bodies.paint_goal(canvas, layout, state.goal)
         bodies.paint_trails(canvas, layout, state, self._trail)
