@@ -42,14 +42,9 @@ def save(path: Path, phases: Sequence[Phase], model_card: Mapping[str, Any]) -> 
         phases: one network, or those that ``PhasedPolicy`` takes.
         model_card: where the policy comes from; anything that JSON can express.
     """
-    policy = {
-        "format": FORMAT,
-        "phases": [
-            {"metadata": asdict(one.metadata), "patience": one.patience, "team_size": one.team_size}
-            for one in phases
-        ],
-        "model_card": model_card,
-    }
+    kept = ("metadata", "patience", "team_size")
+    described = [{key: asdict(phase)[key] for key in kept} for phase in phases]
+    policy = {"format": FORMAT, "phases": described, "model_card": model_card}
     arrays = {
         f"phase_{number}_{name}_{depth}": np.asarray(array, dtype=np.float32)
         for number, phase in enumerate(phases)

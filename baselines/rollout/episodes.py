@@ -90,40 +90,30 @@ class PoseLog:
 
 
 def row(
-    seed: int,
-    label: Label,
-    params: EnvParams,
-    ended: dict[str, Any],
-    goal: Float,
-    side: float,
-    error: str | None,
+    label: Label, params: EnvParams, ended: dict[str, Any], goal: Float, side: float
 ) -> Episode:
     """Returns the row of an episode.
 
     Args:
-        seed: seed of the episode.
         label: run to which it belongs.
         params: parameters of the environment.
-        ended: its ``metrics.summary``, and its ``duration``, s.
+        ended: its ``metrics.summary``, ``seed``, ``duration``, s, and ``error``.
         goal: (3,) m, m, rad.
         side: side of the vessel that was pushed, +1.0 or -1.0.
-        error: what was wrong with the policy, if anything.
     """
-    definition = params.definition
+    error, definition = ended["error"], params.definition
     relative = goal if side > 0 else goal * (1.0, -1.0, -1.0)
     shortest = float(dubins.length(relative, params.vessel.length / 2))
     success = ended["is_success"] and error is None
     values: dict[str, Any] = {
         **ended,
         **vars(label),
-        "seed": seed,
         "task": definition.name,
         "num_boats": params.num_boats,
         "success": success,
         "cause": None if success else "policy error" if error else definition.cause(ended, params),
         **dict(zip(("goal_x", "goal_y", "goal_heading"), goal.tolist(), strict=True)),
         "path_length_ratio": ended["path_length"] / shortest if shortest > 0 else None,
-        "error": error,
     }
     for column in COLUMNS:
         value = values[column]

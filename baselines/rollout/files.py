@@ -4,9 +4,6 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-PARTS = "*.part*"
-"""Pattern of the names of files that are being written."""
-
 
 def write(path: Path, save: Callable[[Path], object]) -> None:
     """Writes a file all at once: whoever reads it, or is killed, leaves the old or the new one.
@@ -30,5 +27,5 @@ def write_text(path: Path, text: str) -> None:
 
 def remove_parts(folder: Path) -> None:
     """Removes what killed runs have left half written."""
-    for part in folder.glob(PARTS):
+    for part in folder.glob("*.part*"):
         part.unlink()

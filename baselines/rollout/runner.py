@@ -7,6 +7,7 @@ which others run side by side.
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,6 @@ from baselines.policy import MakePolicy, Policy, checked_action
 from baselines.rollout import episodes
 from baselines.rollout.episodes import POSE_LOG_EVERY, Label, PoseLog, Trajectory
 from baselines.rollout.loop import IDLE, Tick, rollout
-
-UNNAMED = Label("unnamed")
 
 
 class PolicyError(Exception):
@@ -64,7 +63,7 @@ def run(
     params: EnvParams,
     seeds: Sequence[int],
     num_envs: int,
-    label: Label = UNNAMED,
+    label: Label = Label("unnamed"),  # noqa: B008 (frozen)
     record: bool = False,
 ) -> Iterator[PoseLog]:
     """Runs one policy on the episodes of these seeds.
@@ -83,11 +82,11 @@ def run(
     Yields:
         One log an episode, in the order in which they end.
     """
-    left = dict.fromkeys(seeds)
+    left, recorder = dict.fromkeys(seeds), partial(_Recorder, params, label, record)
 
     def episodes_of(seeds: Sequence[int], worlds: int) -> Iterator[PoseLog]:
-        policy = GuardedPolicy(make_policy(params))
-        for log in _run(policy, params, seeds, worlds, label, record):
+        simulation = Simulation(params, min(worlds, len(seeds)), worlds_per_space=1)
+        for log in _run(GuardedPolicy(make_policy(params)), simulation, seeds, recorder):
             del left[log.episode.seed]
             yield log
 
@@ -101,37 +100,11 @@ def run(
                 yield from episodes_of([seed], 1)
 
 
-def _run(
-    policy: GuardedPolicy,
-    params: EnvParams,
-    seeds: Sequence[int],
-    num_envs: int,
-    label: Label,
-    record: bool,
-) -> Iterator[PoseLog]:
-    """Yields logs as ``run`` does; a policy that raises in several worlds ends them all."""
-    worlds = min(num_envs, len(seeds))
-    simulation = Simulation(params, worlds, worlds_per_space=1)
-    recorders = [_Recorder(world, params, record) for world in range(worlds)]
-    for tick in rollout(simulation, policy.act, seeds):
-        for recorder in recorders:
-            recorder.add(tick, simulation.state)
-        tick.over[list(policy.errors)] = True
-        if not tick.over.any():
-            continue
-        summary = simulation.summary()
-        for world in map(int, np.flatnonzero(tick.over)):
-            recorder, recorders[world] = recorders[world], _Recorder(world, params, record)
-            if tick.episode[world] != IDLE:
-                seed, error = seeds[tick.episode[world]], policy.errors.get(world)
-                yield recorder.log(tick, simulation.state, summary, seed, label, error)
-
-
 class _Recorder:
     """What is kept of the running episode of one world; with ``record``, its trajectory too."""
 
-    def __init__(self, world: int, params: EnvParams, record: bool) -> None:
-        self._world, self._params, self._record = world, params, record
+    def __init__(self, params: EnvParams, label: Label, record: bool, world: int) -> None:
+        self._params, self._label, self._record, self._world = params, label, record, world
         self._poses: list[Float] = []
         self._failed_at = np.full(params.num_boats, np.inf)
         self._steps: dict[str, list[Any]] = defaultdict(list)
@@ -149,24 +122,15 @@ class _Recorder:
             self._keep_state(tick.state, tick.observation)
             self._keep(action=np.clip(tick.action[world], -1, 1), reward=tick.step.reward[world])
 
-    def log(
-        self,
-        tick: Tick,
-        after: State,
-        summary: dict[str, Any],
-        seed: int,
-        label: Label,
-        error: str | None,
-    ) -> PoseLog:
-        """Returns the log of the episode, whose last tick it was; ``summary`` is of all worlds."""
+    def log(self, tick: Tick, after: State, ended: dict[str, Any]) -> PoseLog:
+        """Returns the log of the episode, whose last tick it was; see ``episodes.row``."""
         world = self._world
         self._keep_poses(after)
         goal = after.goal[world].copy()
-        ended = {name: value[world].item() for name, value in summary.items()}
         ended["duration"] = after.tick[world].item() / self._params.clock.control
-        row = episodes.row(seed, label, self._params, ended, goal, after.side[world], error)
+        row = episodes.row(self._label, self._params, ended, goal, after.side[world])
         trajectory = None
-        if self._record and not error:
+        if self._record and not row.error:
             self._keep_state(after, tick.step.observation)
             arrays = {name: np.array(values) for name, values in self._steps.items()}
             terminated = bool(tick.step.ending.terminated[world])
@@ -184,3 +148,24 @@ class _Recorder:
     def _keep(self, **values: Any) -> None:
         for name, value in values.items():
             self._steps[name].append(np.copy(value))
+
+
+def _run(
+    policy: GuardedPolicy, simulation: Simulation, seeds: Sequence[int], make: partial[_Recorder]
+) -> Iterator[PoseLog]:
+    """Yields logs as ``run`` does; a policy that raises in several worlds ends them all."""
+    recorders = [make(world) for world in range(simulation.num_worlds)]
+    for tick in rollout(simulation, policy.act, seeds):
+        for recorder in recorders:
+            recorder.add(tick, simulation.state)
+        tick.over[list(policy.errors)] = True
+        if not tick.over.any():
+            continue
+        summary = simulation.summary()
+        for world in map(int, np.flatnonzero(tick.over)):
+            recorder, recorders[world] = recorders[world], make(world)
+            if tick.episode[world] != IDLE:
+                ended = {name: value[world].item() for name, value in summary.items()}
+                ended["seed"] = seeds[tick.episode[world]]
+                ended["error"] = policy.errors.get(world)
+                yield recorder.log(tick, simulation.state, ended)

@@ -42,13 +42,9 @@ class GraspController:
         self._gains, self._docking = gains, Docking(params, gains)
         slots = formation.slots(params, params.num_boats)
         highest = float(slots.imag.max())
-        self._path = ApproachPath(
-            vessel.length,
-            vessel.width,
-            clearance=highest + gains.waypoint_height - vessel.width / 2,
-            reach=float(np.abs(slots.real).max()),
-            sigma=gains.sigma,
-        )
+        clearance = highest + gains.waypoint_height - vessel.width / 2
+        reach = float(np.abs(slots.real).max())
+        self._path = ApproachPath(vessel.length, vessel.width, clearance, reach, gains.sigma)
         self._row = highest + self._boat.length
         sway_damping = self._boat.sway[0] + self._boat.sway[1] * gains.descent_speed
         self._sway_time = self._boat.total_mass / sway_damping

@@ -68,11 +68,9 @@ class PushController:
         vessel.force = along - 1j * force.sum(axis=1)
         gap, yaw_rate = places - relations.boat, relations.yaw_rate[:, :1]
         hull = relations.velocity[:, :1] * relations.heading[:, :1].conj() + 1j * yaw_rate * places
-        speed, offset = np.where(
-            at_end,
-            self._end_command(gap, hull, yaw_rate, np.sign(places.real), along),
-            self._side_command(gap, hull, yaw_rate, force),
-        )
+        end = self._end_command(gap, hull, yaw_rate, np.sign(places.real), along)
+        side = self._side_command(gap, hull, yaw_rate, force)
+        speed, offset = np.where(at_end, end, side)
         turn = direction(offset - np.pi / 2) * relations.heading[:, :1] / relations.heading[:, 1:]
         yaw_rate = yaw_rate + gains.heading_gain * np.arctan2(turn.imag, turn.real)
         return np.stack([speed, yaw_rate], axis=-1)
