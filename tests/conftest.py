@@ -38,7 +38,8 @@ def policy_files(tmp_path_factory):
 
     from asv_env.envs.sb3 import BoatVecEnv
     from baselines.learned import policy_file
-    from baselines.learned.metadata import Metadata, Phase
+    from baselines.learned.network import Metadata
+    from baselines.learned.phases import Phase
 
     folder = tmp_path_factory.mktemp("policies")
     for seed in (0, 1):

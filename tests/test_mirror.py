@@ -6,8 +6,7 @@ from helpers import SEEN
 
 from asv_env import Simulation, make_params
 from asv_env.tasks import starts
-from baselines.learned.metadata import Metadata
-from baselines.learned.network import NetworkPolicy
+from baselines.learned.network import Metadata, NetworkPolicy
 from baselines.mirror import PushSideSelector
 from baselines.scripted.scripted_policy import ScriptedPolicy
 

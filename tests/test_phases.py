@@ -5,8 +5,8 @@ import pytest
 from helpers import SEEN
 
 from asv_env import Simulation, make_params
-from baselines.learned.metadata import Metadata, Phase
-from baselines.learned.phases import PhasedPolicy
+from baselines.learned.network import Metadata
+from baselines.learned.phases import Phase, PhasedPolicy
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 

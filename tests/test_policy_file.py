@@ -9,9 +9,8 @@ from helpers import SEEN
 from asv_env import Simulation, make_params
 from asv_env.tasks import APPROACH, PUSH, TRANSPORT
 from baselines.learned import policy_file, shipped
-from baselines.learned.metadata import Metadata, Phase
-from baselines.learned.network import NetworkPolicy
-from baselines.learned.phases import PhasedPolicy
+from baselines.learned.network import Metadata, NetworkPolicy
+from baselines.learned.phases import Phase, PhasedPolicy
 
 LAYERS = [(np.zeros((SEEN, 2)), np.zeros(2))]
 

@@ -10,8 +10,8 @@ from helpers import SEEN
 from asv_env import make_params
 from baselines.evaluate.policy_sources import find
 from baselines.learned import policy_file
-from baselines.learned.metadata import Metadata, Phase
-from baselines.learned.network import NetworkPolicy
+from baselines.learned.network import Metadata, NetworkPolicy
+from baselines.learned.phases import Phase
 from baselines.rollout import runner
 from baselines.rollout.episodes import Label
 

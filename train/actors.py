@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import torch
 from torch import nn
 
-from baselines.learned.metadata import Layers
+from baselines.learned.network import Layers
 
 
 def linear_layers(actor: nn.Module) -> list[nn.Linear]:

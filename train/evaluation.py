@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asv_env.params import NOMINAL_LENGTH, EnvParams, TaskParams
-from baselines.learned.metadata import Layers, Metadata
-from baselines.learned.network import NetworkPolicy
+from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.rollout import runner
 from baselines.rollout.episodes import Episode
 from train.config import Config

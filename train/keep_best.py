@@ -8,7 +8,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from baselines.learned.metadata import Layers
+from baselines.learned.network import Layers
 from baselines.learned.policy_file import SUFFIX
 from train import evaluation, learning_curve
 from train.config import SEEDS_PER_RUN

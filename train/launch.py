@@ -5,8 +5,7 @@ from typing import Any
 
 from asv_env.presets import make_params
 from baselines.learned import policy_file
-from baselines.learned.metadata import Layers, Metadata
-from baselines.learned.network import NetworkPolicy
+from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.learned.phases import PhasedPolicy
 from train import actors, tracking
 from train.config import CONTROL_RATE, Config

@@ -23,7 +23,8 @@ from uuid import uuid4
 
 from asv_env.sensing import observation
 from baselines.learned import policy_file
-from baselines.learned.metadata import Layers, Metadata, Phase
+from baselines.learned.network import Layers, Metadata
+from baselines.learned.phases import Phase
 from baselines.rollout import provenance
 from baselines.rollout.files import remove_parts, write, write_text
 from train.config import Config

@@ -26,8 +26,7 @@ from asv_env.geometry import plane
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.sensing.observation import features
 from asv_env.types import Action, Bool, Int, Observation, Sensed
-from baselines.learned.metadata import Phase
-from baselines.learned.network import NetworkMemory, NetworkPolicy, observe
+from baselines.learned.network import Layers, Metadata, NetworkMemory, NetworkPolicy, observe
 from baselines.mirror import PushSide, PushSideSelector, goal_lateral_offset
 
 APPROACH, PUSH = range(2)
@@ -38,6 +37,22 @@ BEHIND = 0.1
 """Distance on the team's side of the vessel beyond which a goal is behind, vessel lengths."""
 FAR = 2.0
 """Distance from the vessel at which a boat is lost for a push, vessel lengths."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One network of a policy, and when it acts.
+
+    Attributes:
+        patience: time after which an attempt is given up, s for a vessel of 0.40 m, if any.
+        team_size: number of boats of the only teams that use this network; None for a network
+            of all teams that have none of their own.
+    """
+
+    layers: Layers
+    metadata: Metadata
+    patience: float | None = None
+    team_size: int | None = None
 
 
 @dataclass

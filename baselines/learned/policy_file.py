@@ -24,9 +24,8 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
-from baselines.learned.metadata import Layers, Metadata, Phase
-from baselines.learned.network import NetworkPolicy
-from baselines.learned.phases import PhasedPolicy
+from baselines.learned.network import Layers, Metadata, NetworkPolicy
+from baselines.learned.phases import Phase, PhasedPolicy
 from baselines.policy import Policy
 
 FORMAT, SUFFIX = "asv-env policy 2", ".npz"

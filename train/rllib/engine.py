@@ -17,7 +17,7 @@ from ray.rllib.algorithms.ppo import PPO
 from tensorboardX import SummaryWriter  # type: ignore[import-not-found]
 from tqdm import tqdm
 
-from baselines.learned.metadata import Layers
+from baselines.learned.network import Layers
 from train import actors, imitation, learning_curve, tracking
 from train.config import Config
 from train.keep_best import PROGRESS_BAR, KeepBest, Status, passed

@@ -9,8 +9,7 @@ from ray.rllib.algorithms.ppo.torch.ppo_torch_learner import PPOTorchLearner
 from ray.rllib.core.columns import Columns
 from torch import nn
 
-from baselines.learned.metadata import Layers
-from baselines.learned.network import NetworkPolicy
+from baselines.learned.network import Layers, NetworkPolicy
 from train import actors
 from train.run import Run
 

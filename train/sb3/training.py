@@ -14,7 +14,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from tqdm import tqdm
 
-from baselines.learned.metadata import Layers
+from baselines.learned.network import Layers
 from baselines.rollout.files import write
 from train import actors, imitation, learning_curve, tracking
 from train.config import SEEDS_PER_RUN, Config
