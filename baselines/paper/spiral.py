@@ -85,16 +85,10 @@ def approach_speed(
 ) -> Float:
     """Speed (...) m/s that ends a path on time (Eq 7), also when asked again and again along it.
 
-    Eq (7) is length / time; with stop_radius the path ends that much earlier. Asked online, the
-    quotient is singular at the end: hence the floor of the time and the bounds of the speed.
-
-    Args:
-        length: (...) m, of the path that is left.
-        time_left: (...) s, negative when late.
-        stop_radius: (...) m.
-        max_speed: (...) m/s, which may be infinite.
-        min_speed: (...) m/s, at most max_speed; also the speed within stop_radius.
-        min_time: (...) s, > 0, floor of the time: a control period or more.
+    Eq (7) is length / time; with ``stop_radius``, m, the path ends that much earlier. Asked online,
+    the quotient is singular at the end: hence bounds of the speed, of which the largest may be
+    infinite, and a floor of the time that is left, ``min_time``, s: a control period or more.
+    Within the stop radius the speed is the smallest one.
     """
     slowest, fastest = not_negative("min_speed", min_speed), numbers("max_speed", max_speed)
     if not np.all(slowest <= fastest):

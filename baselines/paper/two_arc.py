@@ -92,7 +92,7 @@ def feasible(path: ArcPath, min_radius: ArrayLike) -> NDArray[np.bool_]:
     they cannot do.
     """
     least = positive("min_radius", min_radius)[..., None] * (1 - TOLERANCE)
-    backwards = np.abs(path.turn) >= 2 * np.pi - 2 * LEAST_DETOUR_TURN  # cut off by `_arc`
+    backwards = np.abs(path.turn) >= 2 * np.pi - 2 * LEAST_DETOUR_TURN  # cut off by `_path`
     return ~np.any((_tightness(path) * least > 1) | backwards, axis=-1)
 
 
@@ -126,18 +126,14 @@ def _double_angle(sine: Float, cosine: Float, scale: Float) -> Float:
 
 
 def _path(alpha1: Float, chord1: Float, alpha2: Float, chord2: Float, scale: Float) -> ArcPath:
-    turn = np.stack(np.broadcast_arrays(alpha1, alpha2), axis=-1)
-    chord = np.stack(np.broadcast_arrays(chord1, chord2), axis=-1)
-    curvature, length = _arc(turn, chord, scale[..., None])
-    return ArcPath(np.zeros(3), curvature, length)
-
-
-def _arc(turn: Float, chord: Float, scale: Float) -> tuple[Float, Float]:
-    """Curvature and length of the forward arc with this chord, and this turn up to 2 pi.
+    """The path of two forward arcs with these chords, and these turns up to 2 pi.
 
     A negative chord means the other way round the same circle (Eqs 14-15, corrected).
     """
-    chord = np.where(np.abs(chord) <= np.maximum(ROUNDING * scale, SPOT_RADIUS), 0.0, chord)
+    turn = np.stack(np.broadcast_arrays(alpha1, alpha2), axis=-1)
+    chord = np.stack(np.broadcast_arrays(chord1, chord2), axis=-1)
+    rounding = np.maximum(ROUNDING * scale[..., None], SPOT_RADIUS)
+    chord = np.where(np.abs(chord) <= rounding, 0.0, chord)
     backwards = chord < 0
     size = np.where(backwards, np.maximum(np.abs(turn), LEAST_DETOUR_TURN), np.abs(turn))
     straight = size <= ROUNDING
@@ -146,7 +142,7 @@ def _arc(turn: Float, chord: Float, scale: Float) -> tuple[Float, Float]:
     curvature = 2 * sign * np.sin(size / 2) / np.where(straight, 1.0, chord)
     swept = np.where(backwards, 2 * np.pi - size, size)
     length = np.where(straight, chord, swept / np.where(straight, 1.0, np.abs(curvature)))
-    return curvature, length
+    return ArcPath(np.zeros(3), curvature, length)
 
 
 def _chord_directions(alpha1: Float, alpha2: Float) -> tuple[Float, Float]:

@@ -17,7 +17,8 @@ RATES = ("delivered", "closure reached")  # measures that are 1 for a success an
 
 def describe(values: Column) -> dict[str, float | None]:
     """Returns mean, standard deviation of the sample and median; None for too few values."""
-    array = _applicable(np.array(values, dtype=np.float64))
+    array = np.array(values, dtype=np.float64)
+    array = array[~np.isnan(array)]
     return {
         "mean": float(array.mean()) if len(array) else None,
         "sd": float(array.std(ddof=1)) if len(array) > 1 else None,
@@ -49,9 +50,9 @@ def _row(condition: str, measure: str, values: Column, first: Column | None) -> 
     }
     if first is not None:
         own, compared = (np.array(column, dtype=np.float64) for column in (values, first))
-        if len(differences := _applicable(own - compared)):
+        if not np.isnan(own - compared).all():
             row["difference"] = difference(own, compared, rate=measure in RATES)
-            row["its median"] = float(np.median(differences))
+            row["its median"] = float(np.nanmedian(own - compared))
     return row
 
 
@@ -64,7 +65,3 @@ def difference(own: Float, compared: Float, rate: bool) -> str:
         found = statistics.difference(own[None], compared[None])
     text = f"{found.value:+.3g}"
     return text if found.low is None else f"{text} [{found.low:+.3g}, {found.high:+.3g}]"
-
-
-def _applicable(values: Float) -> Float:
-    return values[~np.isnan(values)]
