@@ -6,6 +6,7 @@ import itertools
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -122,11 +123,7 @@ def _in_turn(function: Callable[[Any], Any], arguments: Sequence[Any]) -> Callab
 
 
 def vmas_subject(worlds: int) -> Subject:
-    """Returns VMAS ``transport`` under random actions.
-
-    Raises:
-        ImportError: VMAS is not installed.
-    """
+    """Returns VMAS ``transport`` under random actions."""
     with contextlib.redirect_stderr(io.StringIO()):  # an old gym complains of its age
         import torch
         from vmas import make_env
@@ -144,13 +141,12 @@ def vmas_subject(worlds: int) -> Subject:
 def all_subjects(sizes: Sequence[int], vmas: bool) -> list[Subject]:
     """Returns all that is timed, by numbers of worlds; VMAS too where wanted and installed."""
     found = []
+    if vmas and find_spec("vmas") is None:
+        vmas = False
+        print("No comparison with VMAS: pip install vmas", file=sys.stderr)
     for worlds in sizes:
         if vmas:
-            try:
-                found.append(vmas_subject(worlds))
-            except ImportError as error:
-                vmas = False
-                print(f"No comparison with VMAS ({error}): pip install vmas", file=sys.stderr)
+            found.append(vmas_subject(worlds))
         for situation in (UNCONSTRAINED, PUSHING):
             found.append(vector_subject(situation, worlds))
             if worlds == 1:

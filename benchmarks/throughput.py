@@ -41,6 +41,8 @@ from stopwatch import Stopwatch
 from subjects import CLOCK, NUM_BOATS, Subject, all_subjects
 from tqdm import tqdm
 
+from asv_env.checks import TINY, check_numbers, check_whole
+
 SUBSTEPS = CLOCK["physics"] // CLOCK["control"]
 VMAS_SUBSTEPS = 1
 SUBJECT = ["worlds", "adapter", "situation"]
@@ -80,10 +82,8 @@ class Options:
     def __post_init__(self) -> None:
         if min(self.worlds, default=0) < 1:
             raise ValueError(f"--worlds {self.worlds}: must be at least 1")
-        if not 0 < self.seconds < math.inf:
-            raise ValueError(f"--seconds {self.seconds}: must be a positive number")
-        if self.rounds < 1:
-            raise ValueError(f"--rounds {self.rounds}: must be at least 1")
+        check_numbers(self, "seconds", TINY)
+        check_whole(self, "rounds", 1)
         if self.out is not None and self.out.exists() and not self.overwrite:
             raise ValueError(f"--out {self.out} exists: name another file, or use --overwrite")
 

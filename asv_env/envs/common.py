@@ -107,9 +107,7 @@ class Adapter:
         """Returns a frame of a world; with "human" it goes to the window instead."""
         self._require("render", Stage.RUNNING, Stage.OVER)
         if self.render_mode is None:
-            gymnasium.logger.warn(
-                "render: nothing to draw; give render_mode='rgb_array' or 'human'"
-            )
+            gymnasium.logger.warn("render: give render_mode='rgb_array' or 'human' to see anything")
             return None
         if self._viewer is None:
             from asv_env.render.viewer import Viewer  # drawing is an extra
@@ -136,9 +134,10 @@ def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ())
     if not isinstance(options, Mapping):
         raise TypeError(f"options = {options!r}: give a mapping like {{'goal': [x, y, heading]}}")
     known = ["goal", *others]
-    for name in set(options) - set(known):
-        hint = nearest(name, known) or f" Known: {', '.join(map(repr, known))}."
-        warnings.warn(f"reset option {name!r} is unknown and ignored.{hint}", stacklevel=3)
+    for name in options:
+        if name not in known:
+            hint = nearest(name, known) or f" Known: {', '.join(map(repr, known))}."
+            warnings.warn(f"reset option {name!r} is unknown and ignored.{hint}", stacklevel=3)
     return options.get("goal")
 
 

@@ -57,17 +57,17 @@ class Canvas:
 
 
 class Window:
-    """A window of ``size`` px on the screen, opened with the first frame.
+    """A window on the screen, opened with the first frame.
 
     Attributes:
         closed: whether ``close`` was called, or the user closed the window.
     """
 
-    def __init__(self, size: tuple[int, int], title: str, fps: int) -> None:
-        self._size, self._title, self._fps = size, title, fps
-        self._clock = pygame.time.Clock()
-        self._surface: pygame.Surface | None = None
-        self.closed = False
+    _surface: pygame.Surface | None = None
+    closed = False
+
+    def __init__(self, title: str, fps: int) -> None:
+        self._title, self._fps, self._clock = title, fps, pygame.time.Clock()
 
     def show(self, frame: pygame.Surface) -> None:
         """Shows a frame, and waits until it is due.
@@ -75,7 +75,7 @@ class Window:
         Raises:
             RuntimeError: there is no display.
         """
-        self._surface = self._surface or self._opened()
+        self._surface = self._surface or self._opened(frame.get_size())
         for event in pygame.event.get():
             escape = event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE
             if event.type == pygame.QUIT or escape:
@@ -92,10 +92,10 @@ class Window:
             self._surface = None
             pygame.display.quit()
 
-    def _opened(self) -> pygame.Surface:
+    def _opened(self, size: tuple[int, int]) -> pygame.Surface:
         try:
             pygame.display.init()
-            surface = pygame.display.set_mode(self._size)
+            surface = pygame.display.set_mode(size)
         except pygame.error as error:
             raise RuntimeError(
                 f"no window can be opened ({error}); render_mode='rgb_array' needs no display"

@@ -55,7 +55,7 @@ class Viewer:
         self._band = round(1.6 * text)
         self._still, self._canvas = Canvas(self.size, text), Canvas(self.size, text)
         self._frame = pygame.Surface(self.size, 0, 32)
-        self._window = Window(self.size, f"asv-env: {params.task.name}", params.clock.control)
+        self._window = Window(f"asv-env: {params.task.name}", params.clock.control)
         self._last: tuple[int, int, Float] | None = None
 
     @property
