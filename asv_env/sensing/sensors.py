@@ -19,12 +19,7 @@ NO_NOISE = 1e-9  # standard deviation that stands for an exact measurement in th
 
 
 class Sensors:
-    """Measurement and filter of ``num_worlds`` worlds, each with a Generator for its noise.
-
-    Attributes:
-        measured: (W, B, 6) the latest measurement.
-        estimate: (W, B, 6) the filtered motion.
-    """
+    """Measurement and filter of ``num_worlds`` worlds, each with a Generator for its noise."""
 
     def __init__(self, params: EnvParams, num_worlds: int) -> None:
         p = params.sensors
@@ -34,8 +29,8 @@ class Sensors:
             [p.position_noise] * 2 + [p.heading_noise] + [p.speed_noise] * 2 + [p.yaw_rate_noise]
         )
         shape = (num_worlds, 1 + params.num_boats, 6)
-        self.measured: Float = np.zeros(shape)
-        self.estimate: Float = np.zeros(shape)
+        self.measured: Float = np.zeros(shape)  # (W, B, 6) the latest measurement
+        self.estimate: Float = np.zeros(shape)  # (W, B, 6) the filtered motion
         if not self._exact:
             vessel = self._axes_gain(p.vessel_acceleration, p.vessel_yaw_acceleration)
             boat = self._axes_gain(p.acceleration, p.yaw_acceleration)

@@ -5,8 +5,9 @@ and the tangential speed, not their Euclidean norm, which falls to S / sqrt(2) i
 `unit_speed` both rates are divided by that norm. Either way the orbit is
 r ~ (1 - exp(-theta / sigma))^sigma, the spiral of Eq (4) only for sigma = 1.
 
-Arguments are arrays (...) that broadcast, as in `spiral`; ``r`` m > 0 is the distance from the
-target, ``speed`` is in m/s. A number out of range or not finite raises ValueError.
+Arguments are arrays (...) that broadcast: ``r`` m > 0 and ``alpha`` rad, distance and direction
+from the target; ``speed`` m/s; ``sigma`` rad > 0; ``turn_direction`` D, 0 clockwise or 1
+counter-clockwise. A number out of range or not finite raises ValueError.
 """
 
 import numpy as np

@@ -97,7 +97,8 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
     """
     names = ("source", "policy", "scenario", "trials", "closed", "delivered")
     paper = zip(names, ("tank experiment (paper)", "", "", PAPER_TRIALS, None, None), strict=True)
-    rows = [dict(paper) | _in_columns(*map(_printed, (PAPER_POSITION, PAPER_HEADING)))]
+    printed = ({"mean": m, "sd": sd, "median": None} for m, sd in (PAPER_POSITION, PAPER_HEADING))
+    rows = [dict(paper) | _in_columns(*printed)]
     for policy in COMPARED:
         for scenario in SCENARIOS:
             done = study[policy][scenario][: job.episodes]
@@ -112,11 +113,6 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
         "samples; the paper does not say which it gives, nor how many trials it left out."
     ]
     return {"rows": rows, "notes": notes}
-
-
-def _printed(pair: tuple[float, float]) -> dict[str, float | None]:
-    """Returns what the paper prints of its trials, in the form of ``describe``."""
-    return {"mean": pair[0], "sd": pair[1], "median": None}
 
 
 def _in_columns(distance: Mapping[str, Any], heading: Mapping[str, Any]) -> dict[str, Any]:
@@ -150,10 +146,6 @@ def _percent(fraction: float | None) -> str | None:
 
 
 def _spread(row: dict[str, Any], name: str, unit: str) -> str:
-    mean, deviation = (_rounded(row[f"{name} {kind} ({unit})"]) for kind in ("mean", "sd"))
-    return f"{mean} ± {deviation}"
-
-
-def _rounded(value: float | None) -> str:
-    """Returns as many digits as the paper gives."""
-    return cell(value) if value is None else f"{round(value, 2) + 0.0:g}"
+    """Returns mean and deviation with as many digits as the paper gives."""
+    values = (row[f"{name} {kind} ({unit})"] for kind in ("mean", "sd"))
+    return " ± ".join(cell(v) if v is None else f"{round(v, 2) + 0.0:g}" for v in values)
