@@ -81,7 +81,7 @@ class Random:
         worlds, team = sensed.slot.shape
         rngs = memory or [None] * worlds
         for world in map(int, np.flatnonzero(fresh | (memory is None))):
-            initial = sensed.estimate[world].view(np.uint64).ravel()  # so it is free of the batch
+            initial = sensed.estimate[world].view(np.uint64).ravel()  # whatever the batch
             rngs[world] = np.random.default_rng([self._seed, *initial.tolist()])
         action = np.stack([rng.uniform(-1.0, 1.0, (team, 2)) for rng in rngs])
         return action.astype(np.float32), rngs

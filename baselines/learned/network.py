@@ -91,9 +91,7 @@ class NetworkPolicy:
         self._observes = metadata.mirrors or self._features != observation.features(params)
         self._layers = [(np.asarray(w, np.float32), np.asarray(b, np.float32)) for w, b in layers]
         self._activate = ACTIVATIONS[metadata.activation]
-        self._action_repeat = metadata.action_repeat
-        self._residual = metadata.residual
-        self._params = params
+        self._metadata, self._params = metadata, params
         self._side = PushSideSelector(params) if metadata.mirrors else None
         self._scripted = ScriptedPolicy(params) if metadata.residual else None
 
@@ -106,13 +104,13 @@ class NetworkPolicy:
             memory = NetworkMemory(none, np.full(len(fresh), -1))
         action, push_side = self._decide(sensed, observation, memory, fresh)
         ticks = memory.ticks + 1
-        due = fresh | (ticks % self._action_repeat == 0)
+        due = fresh | (ticks % self._metadata.action_repeat == 0)
         action = np.where(due[:, None, None], action, memory.action)
         after = NetworkMemory(action, np.where(due, 0, ticks), push_side=push_side)
         if self._scripted is None:
             return action, after
         scripted, after.scripted = self._scripted.act(sensed, observation, memory.scripted, fresh)
-        corrected = np.clip(scripted + self._residual * action, -1.0, 1.0)
+        corrected = np.clip(scripted + self._metadata.residual * action, -1.0, 1.0)
         return corrected.astype(np.float32), after
 
     def _decide(

@@ -41,18 +41,12 @@ FAR = 2.0
 
 @dataclass(frozen=True)
 class Phase:
-    """One network of a policy, and when it acts.
-
-    Attributes:
-        patience: time after which an attempt is given up, s for a vessel of 0.40 m, if any.
-        team_size: number of boats of the only teams that use this network; None for a network
-            of all teams that have none of their own.
-    """
+    """One network of a policy, and when it acts."""
 
     layers: Layers
     metadata: Metadata
-    patience: float | None = None
-    team_size: int | None = None
+    patience: float | None = None  # until it is given up, s for a vessel of 0.40 m; None: for ever
+    team_size: int | None = None  # only teams of this size use it; None: all without their own
 
 
 @dataclass

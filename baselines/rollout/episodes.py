@@ -94,12 +94,8 @@ def row(
 ) -> Episode:
     """Returns the row of an episode.
 
-    Args:
-        label: run to which it belongs.
-        params: parameters of the environment.
-        ended: its ``metrics.summary``, ``seed``, ``duration``, s, and ``error``.
-        goal: (3,) m, m, rad.
-        side: side of the vessel that was pushed, +1.0 or -1.0.
+    ``ended`` holds its ``metrics.summary``, its ``seed``, ``duration``, s, and ``error``. ``goal``
+    is (3,) m, m, rad, ``side`` +1.0 or -1.0, the side of the vessel that was pushed.
     """
     error, definition = ended["error"], params.definition
     relative = goal if side > 0 else goal * (1.0, -1.0, -1.0)

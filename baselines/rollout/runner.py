@@ -66,7 +66,7 @@ def run(
     label: Label = Label("unnamed"),  # noqa: B008 (frozen)
     record: bool = False,
 ) -> Iterator[PoseLog]:
-    """Runs one policy on the episodes of these seeds.
+    """Yields a log of each seed's episode, run with one policy, in the order in which they end.
 
     A policy that raises, or whose action is not finite numbers of the right shape, fails the
     episode in which it does so, and no other.
@@ -78,9 +78,6 @@ def run(
         num_envs: worlds side by side.
         label: names of policy and condition, for the rows.
         record: whether logs carry trajectories.
-
-    Yields:
-        One log an episode, in the order in which they end.
     """
     left, recorder = dict.fromkeys(seeds), partial(_Recorder, params, label, record)
 

@@ -99,8 +99,7 @@ def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:
     """
     with _open(file) as saved:
         arrays = {f.name: saved[f.name] for f in fields(Trajectory)}
-    arrays["terminated"] = bool(arrays["terminated"])
-    return Trajectory(**arrays), about(file)
+    return Trajectory(**{**arrays, "terminated": bool(arrays["terminated"])}), about(file)
 
 
 def about(file: Path) -> dict[str, Any]:

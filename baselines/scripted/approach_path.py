@@ -33,7 +33,8 @@ class ApproachPath:
     """Direction and remaining length of the paths of all boats; leading axes are free.
 
     Args:
-        length: length of the vessel, m; ``width``: its width, m.
+        length: length of the vessel, m.
+        width: width of the vessel, m.
         clearance: distance of boats' centres from the hull until they descend, m.
         reach: largest distance of a target from the middle of the vessel along it, m.
         sigma: decay of the spiral (Eq 2), rad.
@@ -62,13 +63,10 @@ class ApproachPath:
     def course(self, boat: Complex, target: Complex, turn_direction: Int) -> tuple[Complex, Float]:
         """Returns the direction in which a boat goes to its target, and the path length left, m.
 
-        The direction jumps only where the spiral begins, by less than 1 rad. The length is exact,
-        to within about ``CAPTURE``, for a boat that follows the path from outside the circle.
-
-        Args:
-            boat: (...) positions.
-            target: (...) positions, where boats arrive with direction -i.
-            turn_direction: (...) as chosen by the method of this name when the approach began.
+        Boats arrive with direction -i. ``turn_direction`` (...) is what the method of this name
+        chose when the approach began. The direction jumps only where the spiral begins, by less
+        than 1 rad. The length is exact, to within about ``CAPTURE``, for a boat that follows the
+        path from outside the circle.
         """
         descends = self._can_descend(boat, target)
         down, descent = self._spiral_down(boat, target)

@@ -1,7 +1,7 @@
 """Everything by which the scripted controller can be tuned, in SI units.
 
 The values were chosen on development seeds, by the share and the time of deliveries; the comments
-give their meaning, not their derivation. "1/s: in 5 s" names the time constant of a gain.
+give their meaning, not their derivation.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ class GraspGains:
     sigma: float = 0.7  # decay of the spiral (Eq 2), rad
     cruise_speed: float = 0.16  # speed of the boat with the longest path; others slow down, m/s
     max_speed: float = 0.2  # speed limit of boats that are late, m/s: a full action
-    arrival_gain: float = 0.35  # speed limit per distance to the waypoint, 1/s: in 2.9 s
+    arrival_gain: float = 0.35  # speed limit per distance to the waypoint, 1/s: time constant 2.9 s
     heading_gain: float = 2.5  # yaw rate per heading error, 1/s: half the autopilot's bandwidth
     velocity_gain: float = 0.7  # fraction of the velocity error added to the velocity steered for
     drift_time: float = 3.0  # time constant of the filter of the water's drift past the hull, s
@@ -24,7 +24,7 @@ class GraspGains:
     patience: float = 10.0  # time after which the team no longer waits for boats that are late, s
     docking_half_width: float = 0.1  # half-width of the region above a target where a boat docks, m
     docking_height: float = 0.35  # height of the region above its target where a boat docks, m
-    descent_gain: float = 1.0  # speed of a docking boat per height above its target, 1/s
+    descent_gain: float = 1.0  # speed of a docking boat per height, 1/s: time constant 1 s
     descent_speed: float = 0.06  # speed limit of a docking boat, m/s
     lookahead: float = 0.04  # distance over which a docking boat returns to the line of its slot, m
     lookahead_time: float = 0.7  # growth of the lookahead with the speed, s
@@ -38,17 +38,19 @@ class GraspGains:
 class PushGains:
     """Gains of the push (``PushController``)."""
 
-    speed_gain: float = 1.33  # force per mass and speed error of the vessel, 1/s: in 0.75 s
-    moment_reserve: float = 0.6  # force always free for the moment, fraction of the drag at speed
-    contact_force: float = 0.145  # least force of all side boats, fraction of the drag at speed
+    speed_gain: float = 1.33  # force per mass and speed error, 1/s: time constant 0.75 s
+    moment_reserve: float = 0.6  # force always free for moments, fraction of the drag at full speed
+    contact_force: float = (
+        0.145  # least force of all side boats, fraction of the drag at full speed
+    )
     max_end_force: float = 5.6e-3  # largest force of the end boats along a hull of 0.40 m, N
     min_end_force: float = 7e-4  # least force with which each end boat presses on the hull, N
     spread: float = 1.2  # position of the side boats along the hull, relative to their slots
-    gap_gain: float = 0.2  # closing speed per gap to the hull, 1/s: in 5 s
-    heading_gain: float = 4.0  # yaw rate per heading error, 1/s: in 0.25 s
+    gap_gain: float = 0.2  # closing speed per gap to the hull, 1/s: time constant 5 s
+    heading_gain: float = 4.0  # yaw rate per heading error, 1/s: time constant 0.25 s
     yaw_offset_gain: float = 2.2  # yaw offset of side boats per distance to their places, rad/m
     friction_compensation: float = 0.32  # fraction of lateral friction compensated by a yaw offset
-    lateral_gain: float = 0.23  # speed of end boats per distance to their places, 1/s: in 4.3 s
+    lateral_gain: float = 0.23  # speed of end boats per distance to go, 1/s: time constant 4.3 s
     drift_compensation: float = 1.2  # fraction of their drift angle that end boats steer against
 
 
@@ -62,9 +64,7 @@ class PathGains:
     final_straight: float = 0.36  # longest straight considered at the end of a path, vessel lengths
     straight_cost: float = 2.2  # path length worth a straight longer by a length, vessel lengths
     speed: float = 0.069  # cruising speed of the vessel, m/s
-    braking: float = (
-        0.36  # speed near the goal, fraction of that from which the vessel coasts there
-    )
+    braking: float = 0.36  # speed near the goal, fraction of that from which it coasts to rest
     goal_speed: float = 0.0072  # speed at the goal, m/s: slow enough to count as delivered
 
 

@@ -7,7 +7,7 @@ from the vessel's -n side, the world is mirrored first.
 
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -37,12 +37,6 @@ class Memory:
     grasp: GraspMemory
     path: PathMemory
 
-    @classmethod
-    def empty(cls, worlds: int, team: int) -> Self:
-        """Returns memory of worlds that are all fresh."""
-        pushing, vessel = np.zeros(worlds, dtype=np.bool_), VesselMemory.empty(worlds)
-        return cls(pushing, vessel, GraspMemory.empty(worlds, team), PathMemory.empty(worlds))
-
 
 class ScriptedPolicy:
     """The scripted baseline, batched and distributed; reads ``Sensed`` only.
@@ -50,7 +44,8 @@ class ScriptedPolicy:
     Args:
         params: parameters of the environment; ``action_mode`` must be "tracking".
         grasp: gains of the approach.
-        push: gains of the push; tolerances: tolerated deviations of the vessel from its path.
+        push: gains of the push.
+        tolerances: tolerated deviations of the vessel from its path.
         planner: plans the vessel's paths; None plans them with the default ``PathGains``.
 
     Raises:
@@ -84,7 +79,10 @@ class ScriptedPolicy:
         side = np.where(sensed.side < 0, -1.0, 1.0)
         sensed = mirror_image(sensed, side)
         if memory is None:
-            fresh, memory = np.ones_like(fresh), Memory.empty(*sensed.slot.shape)
+            worlds, team = sensed.slot.shape
+            grasp, path = GraspMemory.empty(worlds, team), PathMemory.empty(worlds)
+            memory = Memory(np.zeros_like(fresh), VesselMemory.empty(worlds), grasp, path)
+            fresh = np.ones_like(fresh)
         memory = deepcopy(memory)
         self._observer.update(sensed, memory.vessel, memory.pushing)
         self._observer.restart(sensed, memory.vessel, fresh)
