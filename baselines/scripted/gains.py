@@ -40,9 +40,7 @@ class PushGains:
 
     speed_gain: float = 1.33  # force per mass and speed error, 1/s: time constant 0.75 s
     moment_reserve: float = 0.6  # force always free for moments, fraction of the drag at full speed
-    contact_force: float = (
-        0.145  # least force of all side boats, fraction of the drag at full speed
-    )
+    contact_force: float = 0.145  # least force of side boats, fraction of the drag at full speed
     max_end_force: float = 5.6e-3  # largest force of the end boats along a hull of 0.40 m, N
     min_end_force: float = 7e-4  # least force with which each end boat presses on the hull, N
     spread: float = 1.2  # position of the side boats along the hull, relative to their slots
