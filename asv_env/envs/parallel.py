@@ -95,11 +95,11 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         step, terminated, truncated, summary = self._advance(self._stacked(actions))
         if terminated or truncated:
             self.agents = []
-        infos = [{"reward_terms": _terms(step, boat), **summary} for boat in range(len(agents))]
         observations = dict(zip(agents, step.observation[0], strict=True))
         rewards = dict(zip(agents, step.reward[0].tolist(), strict=True))
         ends = dict.fromkeys(agents, terminated), dict.fromkeys(agents, truncated)
-        return observations, rewards, *ends, dict(zip(agents, infos, strict=True))
+        infos = {a: {"reward_terms": _terms(step, i), **summary} for i, a in enumerate(agents)}
+        return observations, rewards, *ends, infos
 
     def state(self) -> Observation:
         """Returns the global state (S,) float32 for centralised critics; see ``global_state``."""

@@ -168,9 +168,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         return infos | _masked({"final_info": {"reward_terms": terms, **summary}}, over)
 
     def _mask(self, mask: Any) -> Bool:
-        if mask is None:
-            return np.ones(self.num_envs, dtype=np.bool_)
-        mask = np.asarray(mask)
+        mask = np.ones(self.num_envs, dtype=np.bool_) if mask is None else np.asarray(mask)
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
             raise ValueError(
                 f"reset_mask = {mask!r}: must be bool of shape ({self.num_envs},) with a True in it"
