@@ -8,8 +8,6 @@ from asv_env import make_params
 from baselines.rollout import runner, trajectories
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train import imitation
-from train.demonstrations import check_demonstrations
-from train.demonstrations import demonstrations as demonstrations_of
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +22,8 @@ def demonstrations(tmp_path_factory):
 
 def test_recorded_episodes_are_imitated(demonstrations):
     config = tiny(imitation={"demonstrations": demonstrations / str(10**9)})
-    check_demonstrations(config)
-    ((seen, done),) = demonstrations_of(config)
+    imitation.check_demonstrations(config)
+    ((seen, done),) = imitation.demonstrations(config)
     trajectory, _ = trajectories.load(next(config.imitation.demonstrations.rglob("*.npz")))
     assert len(seen) == len(done) == 4 * len(trajectory.action)
 

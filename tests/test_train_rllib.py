@@ -110,8 +110,8 @@ def parsed(*options):
 
 
 def test_every_process_begins_with_the_weights_of_the_learner(temporary, tmp_path, monkeypatch):
+    from train.rllib.checkpoints import distribute_weights, module_of
     from train.rllib.engine import begin
-    from train.rllib.learner import distribute_weights, module_of
     from train.rllib.settings import connected, settings
 
     monkeypatch.setenv("RAY_TMPDIR", temporary)

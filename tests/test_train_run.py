@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import types
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -204,9 +205,11 @@ def test_a_score_counts_failures_with_twice_the_time_limit():
 def test_a_tracker_hears_of_the_run(monkeypatch, tmp_path):
     heard = {}
 
+    @contextmanager
     def init(**options):
         heard.update(options)
-        return types.SimpleNamespace(finish=lambda: heard.update(finished=True))
+        yield
+        heard.update(finished=True)
 
     monkeypatch.setitem(sys.modules, "wandb", types.SimpleNamespace(init=init))
     train(tmp_path / "run", "--track", "--total-timesteps", "512")

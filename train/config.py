@@ -1,6 +1,7 @@
 """All options of a training, the presets of the tasks, and the command line that sets them."""
 
 import json
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -39,20 +40,13 @@ NOT_LEARNED = ("out", "overwrite", "tracking", "compute")
 class Config:
     """Train a policy that all boats share; the same command resumes a run that was stopped."""
 
-    task: str = "push"
-    """Name of the task, or "module:NAME"."""
-    engine: Engine = "sb3"
-    """Library that trains: stable-baselines3 (sb3) or Ray RLlib (rllib), also on a cluster."""
-    seed: int = 0
-    """Seed of the run, from 0; the seeds of its worlds follow from it."""
-    out: Path | None = None
-    """Folder of the run; by default runs/train/TASK-ENGINE-SEED."""
-    overwrite: bool = False
-    """Start again where the folder holds a run."""
-    init_from: Path | None = None
-    """Policy file (.npz) of any task, with whose weights the actor begins."""
-    checkpoint_every: int = 1_000_000
-    """Timesteps between checkpoints."""
+    task: str = "push"  # name of the task, or "module:NAME"
+    engine: Engine = "sb3"  # library: stable-baselines3, or Ray RLlib, also on a cluster
+    seed: int = 0  # seed of the run, from 0; the seeds of its worlds follow from it
+    out: Path | None = None  # folder of the run; by default runs/train/TASK-ENGINE-SEED
+    overwrite: bool = False  # start again where the folder holds a run
+    init_from: Path | None = None  # policy file (.npz) with whose weights the actor begins
+    checkpoint_every: int = 1_000_000  # timesteps between checkpoints
 
     worlds: Annotated[WorldOptions, OmitArgPrefixes] = field(default_factory=WorldOptions)
     curriculum: CurriculumOptions = field(default_factory=CurriculumOptions)
@@ -99,15 +93,14 @@ class Config:
     @property
     def folder(self) -> Path:
         """Folder of the run."""
-        name = f"{self.definition.name}-{self.engine}-{self.seed}"
-        return self.out or Path("runs/train") / name
+        return self.out or Path(f"runs/train/{self.definition.name}-{self.engine}-{self.seed}")
 
     def params(
         self, team: int | None = None, scenario: str = "nominal", **options: Any
     ) -> EnvParams:
         """Returns the parameters of worlds of the task and of what boats observe."""
-        features = self.worlds.observation or None
-        return make_params(self.task, team, scenario, observation=features, **options)
+        options["observation"] = self.worlds.observation or None
+        return make_params(self.task, team, scenario, **options)
 
     @property
     def observed(self) -> tuple[str, ...]:
@@ -149,10 +142,7 @@ def preset(task: str) -> "Config":
 
 
 def parse(arguments: Sequence[str] | None = None) -> "Config":
-    """Returns the options of a command line; what is not given is the task's preset.
-
-    Exits with a message where something is wrong.
-    """
+    """Returns the options of a command line; what is not given is the task's preset."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         default = preset(_task(given))
@@ -163,8 +153,5 @@ def parse(arguments: Sequence[str] | None = None) -> "Config":
 
 def _task(arguments: Sequence[str]) -> str:
     """Returns the task on a command line."""
-    for number, word in enumerate(arguments):
-        name, _, value = word.partition("=")
-        if name == "--task":
-            return value or (list(arguments[number + 1 :]) or [""])[0]
-    return Config.task
+    found = re.search(r"(?:^|\s)--task[= ](\S+)", " ".join(arguments))
+    return found[1] if found else Config.task

@@ -33,25 +33,23 @@ LEAST_ROLLOUTS = 24
 
 def training_params(config: Config, team: int, scenario: str) -> EnvParams:
     """Returns the parameters of a group of worlds, which advance by one decision at a time."""
-    limits: dict[str, Any] = {}
+    options: dict[str, Any] = {"clock": {"control": config.worlds.decision_rate}}
     if config.worlds.time_limit is not None:
         length = config.params(team, scenario).vessel.length
-        limits["time_limit"] = config.worlds.time_limit * length / NOMINAL_LENGTH
-    clock = {"control": config.worlds.decision_rate}
-    return config.params(team, scenario, clock=clock, **limits)
+        options["time_limit"] = config.worlds.time_limit * length / NOMINAL_LENGTH
+    return config.params(team, scenario, **options)
 
 
 def scaled_noise(params: EnvParams, scale: float) -> EnvParams:
     """Returns parameters with sensor noise and variation multiplied by ``scale``."""
-    sensors, variation = params.sensors, params.variation
-    noise = {
-        name: scale * getattr(sensors, name)
-        for name in ("position_noise", "heading_noise", "speed_noise", "yaw_rate_noise")
-    }
-    spread = {name: scale * getattr(variation, name) for name in ("thrust", "drag", "mass")}
-    return replace(
-        params, sensors=replace(sensors, **noise), variation=replace(variation, **spread)
-    )
+
+    def scaled(section: Any, names: str) -> Any:
+        changes = {name: scale * getattr(section, name) for name in names.split()}
+        return replace(section, **changes)
+
+    noise = "position_noise heading_noise speed_noise yaw_rate_noise"
+    sensors = scaled(params.sensors, noise)
+    return replace(params, sensors=sensors, variation=scaled(params.variation, "thrust drag mass"))
 
 
 def rollout_states(config: Config, team: int, scenario: str) -> RolloutStates | None:
@@ -117,14 +115,9 @@ def _turn_goal_ahead(start: InitialState, progress: float) -> None:
 
 
 def _place_near_hull(motion: Float, params: EnvParams, rng: np.random.Generator) -> None:
-    """Places the boats at random close to the hull of a vessel at the origin, in place.
+    """Places the boats (1 + A, 6) at random close to the hull of a vessel at the origin, in place.
 
     Where it is too crowded for the team, the boats stay where they are.
-
-    Args:
-        motion: (1 + A, 6) of vessel and boats.
-        params: of the environment.
-        rng: random generator.
     """
     vessel, boat = params.vessel, params.boat
     half = np.array([vessel.length, vessel.width]) / 2

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import tyro
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,7 +22,7 @@ from tyro.conf import Positional
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.report import palette
-from train import learning_curve
+from train import evaluation
 
 CONFIDENCE = 0.95
 
@@ -30,30 +31,21 @@ CONFIDENCE = 0.95
 class Options:
     """Draw learning curves: success and time of deliveries against minutes of training."""
 
-    curves: Positional[tuple[str, ...]]
-    """Curves, each NAME=RUN,RUN with the folders of its runs."""
-    out: Path
-    """Picture to be written: .png, .svg or .pdf."""
-    num_boats: int = 4
-    """Team size of the worlds."""
-    scenario: str = "noisy"
-    """Disturbances of the worlds."""
-    title: str = ""
-    """Title of the picture."""
+    curves: Positional[tuple[str, ...]]  # curves, each NAME=RUN,RUN with the folders of its runs
+    out: Path  # picture to be written: .png, .svg or .pdf
+    num_boats: int = 4  # team size of the worlds
+    scenario: str = "noisy"  # disturbances of the worlds
+    title: str = ""  # title of the picture
 
 
 @dataclass(frozen=True)
 class Curve:
     """Evaluations of several runs in one group of worlds."""
 
-    minutes: Float
-    """(n,) time of training, mean over the runs."""
-    success: Float
-    """(runs, n) fraction of successful episodes."""
-    time: Float
-    """(runs, n) median time of successful episodes, s."""
-    episodes: int
-    """Number of episodes of an evaluation."""
+    minutes: Float  # (n,) time of training, mean over the runs
+    success: Float  # (runs, n) fraction of successful episodes
+    time: Float  # (runs, n) median time of successful episodes, s
+    episodes: int  # number of episodes of an evaluation
 
 
 def read(runs: Sequence[Path], num_boats: int, scenario: str) -> Curve:
@@ -64,25 +56,23 @@ def read(runs: Sequence[Path], num_boats: int, scenario: str) -> Curve:
         ValueError: runs without evaluations in such worlds.
     """
     tables = [_rows(run / "curve.csv", num_boats, scenario) for run in runs]
-    common = sorted(set.intersection(*map(set, tables)))
+    common = sorted(set.intersection(*(set(table.index) for table in tables)))
     if not common:
         raise ValueError(f"no evaluations with {num_boats} boats, scenario {scenario!r}, in {runs}")
 
     def column(name: str) -> Float:
-        return np.array([[float(table[at][name]) for at in common] for table in tables])
+        return np.array([table.loc[common, name] for table in tables], dtype=float)
 
-    episodes = int(tables[0][common[0]]["episodes"])
-    minutes = column("seconds").mean(axis=0) / 60
+    minutes, episodes = column("seconds").mean(axis=0) / 60, int(tables[0]["episodes"].iloc[0])
     return Curve(minutes, column("success"), column("median_time"), episodes)
 
 
-def _rows(file: Path, num_boats: int, scenario: str) -> dict[int, dict[str, str]]:
+def _rows(file: Path, num_boats: int, scenario: str) -> pd.DataFrame:
     """Returns the rows of ``curve.csv`` in such worlds by their timesteps."""
     if not file.exists():
         raise FileNotFoundError(f"{file} does not exist: is its folder that of a run?")
-    wanted = (str(num_boats), scenario)
-    rows = learning_curve.read(file)
-    return {int(r["timesteps"]): r for r in rows if (r["num_boats"], r["scenario"]) == wanted}
+    rows = evaluation.read_curve(file).set_index("timesteps")
+    return rows[(rows["num_boats"] == num_boats) & (rows["scenario"] == scenario)]
 
 
 def band(values: Float) -> tuple[Float, Float]:
@@ -120,10 +110,9 @@ def _success_band(curve: Curve) -> tuple[Float, Float]:
         low, high = band(curve.success)
         return np.clip(low, 0, 1), np.clip(high, 0, 1)
     counts = np.round(curve.success[0] * curve.episodes).astype(int)
-    trials = [np.arange(curve.episodes) < count for count in counts]
-    estimates = [statistics.proportion(trial[None]) for trial in trials]
-    low, high = np.array([(estimate.low, estimate.high) for estimate in estimates]).T
-    return low, high
+    trials = [np.arange(curve.episodes)[None] < count for count in counts]
+    estimates = [statistics.proportion(trial) for trial in trials]
+    return np.array([e.low for e in estimates]), np.array([e.high for e in estimates])
 
 
 def _style(axes: Axes, name: str) -> None:

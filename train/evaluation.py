@@ -1,14 +1,18 @@
-"""Scores of a policy while it is trained, on development seeds."""
+"""Scores of a policy while it is trained, on development seeds, and ``curve.csv``, their file."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import partial
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from asv_env.params import NOMINAL_LENGTH, EnvParams, TaskParams
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.rollout import runner
 from baselines.rollout.episodes import Episode
+from baselines.rollout.files import write_text
 from train.config import Config
 
 
@@ -16,24 +20,15 @@ from train.config import Config
 class Score:
     """Score of a policy in one group of worlds; a row of ``curve.csv``."""
 
-    timesteps: int
-    """Decisions of single boats for which the policy was trained."""
-    seconds: float
-    """Time of the training until then, imitation and evaluations included, s."""
-    num_boats: int
-    """Team size."""
-    scenario: str
-    """Disturbances of the worlds."""
-    episodes: int
-    """Number of episodes."""
-    success: float
-    """Fraction of episodes that succeeded within the time limit."""
-    median_time: float
-    """Median duration of the successful episodes, s."""
-    position_error: float
-    """Median position error at the end of the successful episodes, m."""
-    heading_error: float
-    """Median absolute heading error at the end of the successful episodes, rad."""
+    timesteps: int  # decisions of single boats for which the policy was trained
+    seconds: float  # time of the training until then, imitation and evaluations included, s
+    num_boats: int  # team size
+    scenario: str  # disturbances of the worlds
+    episodes: int  # number of episodes
+    success: float  # fraction of episodes that succeeded within the time limit
+    median_time: float  # median duration of the successful episodes, s
+    position_error: float  # median position error at the end of the successful episodes, m
+    heading_error: float  # median absolute heading error at the end of the successful episodes, rad
     penalised_time: float
     """Mean duration of all episodes, s for a vessel of 0.40 m; a failure counts with twice the
     time limit."""
@@ -42,32 +37,16 @@ class Score:
 def evaluate(
     layers: Layers, metadata: Metadata, config: Config, timesteps: int, seconds: float
 ) -> list[Score]:
-    """Returns the scores of a policy in all groups of worlds of a run.
-
-    Args:
-        layers: of the policy.
-        metadata: what the policy was made for.
-        config: of the run.
-        timesteps: of the training so far.
-        seconds: of the training so far.
-    """
+    """Returns the scores of a policy, trained for so long, in all groups of worlds of a run."""
+    options, make = config.evaluation, partial(NetworkPolicy, layers, metadata)
+    # A mirrored policy for Push pushes from the side away from the goal.
+    mirrors = config.worlds.mirror and config.definition.starts_grasped
     scores = []
     for team, scenario in config.worlds.groups(config.worlds.num_envs):
-        params = config.params(team, scenario, side=push_side(config))
-        logs = runner.run(
-            lambda p: NetworkPolicy(layers, metadata, p),
-            params,
-            config.evaluation.seeds,
-            config.evaluation.episodes,
-        )
-        episodes = [log.episode for log in logs]
-        scores.append(score(episodes, params, scenario, timesteps, seconds))
+        params = config.params(team, scenario, side="goal" if mirrors else TaskParams.side)
+        logs = runner.run(make, params, options.seeds, options.episodes)
+        scores.append(score([log.episode for log in logs], params, scenario, timesteps, seconds))
     return scores
-
-
-def push_side(config: Config) -> str:
-    """Returns the push side used in evaluation: away from the goal for mirrored Push policies."""
-    return "goal" if config.worlds.mirror and config.definition.starts_grasped else TaskParams.side
 
 
 def score(
@@ -96,21 +75,30 @@ def _median(values: Sequence[float | None]) -> float:
     return round(float(np.median(numbers)), 5) if numbers else float("nan")
 
 
-def selection_score(scores: Sequence[Score]) -> float:
-    """Returns the number by which the best policy of a run is selected: less is better, s."""
-    return float(np.mean([score.penalised_time for score in scores]))
+def read_curve(file: Path) -> pd.DataFrame:
+    """Returns the rows of the file, each a ``Score``; none where it does not exist yet."""
+    if not file.exists() or not file.stat().st_size:
+        return pd.DataFrame(columns=[field.name for field in fields(Score)])
+    return pd.read_csv(file)
 
 
-def log_values(scores: Sequence[Score]) -> Iterator[tuple[str, float]]:
-    """Yields what goes into the log: name and value."""
-    for score in scores:
-        group = f"evaluation/{score.num_boats}_{score.scenario}"
-        yield f"{group}_success", score.success
-        yield f"{group}_time", score.median_time
+def append_to_curve(file: Path, scores: Sequence[Score]) -> None:
+    """Adds the rows of an evaluation."""
+    before, new = read_curve(file), pd.DataFrame(map(asdict, scores))
+    _write_curve(file, pd.concat([before, new]) if len(before) else new)
 
 
-def headline(scores: Sequence[Score]) -> str:
-    """Returns success and time in a few words, for a progress bar."""
-    success = float(np.mean([score.success for score in scores]))
-    times = [score.median_time for score in scores if score.success]
-    return f"success {success:.0%}" + (f", {np.mean(times):.1f} s" if times else "")
+def truncate_curve(file: Path, timesteps: int) -> None:
+    """Drops the rows later than ``timesteps``, which a resumed training evaluates again."""
+    rows = read_curve(file)
+    if (rows["timesteps"] > timesteps).any():
+        _write_curve(file, rows[rows["timesteps"] <= timesteps])
+
+
+def _write_curve(file: Path, rows: pd.DataFrame) -> None:
+    write_text(file, rows.to_csv(index=False, na_rep="nan"))
+
+
+def last_timesteps(file: Path) -> int:
+    """Returns the timesteps of the last evaluation; 0 where there is none."""
+    return max(read_curve(file)["timesteps"], default=0)

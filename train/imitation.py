@@ -3,9 +3,12 @@
 In the first round the expert, the scripted policy, acts. In later rounds the learner acts more and
 more often, and is trained on what the expert would have done in the states that it reaches. The
 expert remembers more than an observation holds; the learner learns what follows from observations.
+Recorded episodes can be imitated too.
 """
 
 import sys
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,13 +16,14 @@ import torch
 from torch import Tensor, nn
 from tqdm import tqdm
 
+from asv_env.sensing import observation
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Bool, Observation, Sensed
+from baselines.rollout import trajectories
 from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 from train.curriculum import CurriculumStates, training_params
-from train.demonstrations import Pairs, demonstrations
 
 EXPERT_FRACTION = 0.6
 """Fraction of the worlds in which the expert acts, to the power of the round."""
@@ -33,6 +37,8 @@ LAST_RATE = 3e-4
 """Learning rate of the last quarter of the rounds."""
 TOLERANCE = 0.2
 """Error of an action beyond which the loss grows linearly."""
+Pairs = tuple[Observation, Action]
+"""Observations (n, K) and the actions (n, 2) that were taken on them."""
 
 
 def imitate(actor: nn.Module, config: Config) -> None:
@@ -50,7 +56,7 @@ def imitate(actor: nn.Module, config: Config) -> None:
     pairs = list(demonstrations(config))
     with tqdm(total=options.rounds, unit=" round", desc="imitation", file=sys.stderr) as bar:
         for number in range(options.rounds):
-            pairs += dagger_rollouts(actor, config, number)
+            pairs += _dagger_rollouts(actor, config, number)
             seen, wanted = map(torch.from_numpy, map(np.concatenate, zip(*pairs, strict=True)))
             late = number >= 0.75 * options.rounds
             optimizer.param_groups[0]["lr"] = LAST_RATE if late else LEARNING_RATE
@@ -79,15 +85,13 @@ def fit(
     return total / steps
 
 
-def dagger_rollouts(actor: nn.Module, config: Config, number: int) -> list[Pairs]:
-    """Returns the observations of round ``number`` and the expert's actions, by group of worlds."""
+def _dagger_rollouts(actor: nn.Module, config: Config, number: int) -> Iterator[Pairs]:
+    """Yields the observations of round ``number`` and the expert's actions, by group of worlds."""
     first = config.first_seed + number * config.imitation.worlds
-    pairs = []
     for group, worlds in config.worlds.groups(config.imitation.worlds).items():
         seeds = range(first, first + max(1, worlds))
-        pairs.append(_dagger_rollout(actor, config, group, seeds, number))
+        yield _dagger_rollout(actor, config, group, seeds, number)
         first = seeds.stop
-    return pairs
 
 
 def _dagger_rollout(
@@ -116,3 +120,53 @@ def _dagger_rollout(
     for _ in rollout(simulation, act, seeds, round(config.imitation.time * rate)):
         pass
     return np.concatenate(seen), np.concatenate(wanted)
+
+
+def demonstrations(config: Config) -> Iterator[Pairs]:
+    """Yields observations and actions of each recorded episode."""
+    for file in _files(config):
+        trajectory, _ = trajectories.load(file)
+        seen, actions = trajectory.observation[:-1], trajectory.action
+        yield seen.reshape(-1, seen.shape[-1]), actions.reshape(-1, 2)
+
+
+def check_demonstrations(config: Config) -> None:
+    """Refuses recorded episodes that must not be, or cannot be, learned from.
+
+    Raises:
+        FileNotFoundError: there are none in the folder.
+        ValueError: an episode that is not for training, of another task, kind of action or
+            version of the observation, or a file that is no recorded episode.
+    """
+    files = _files(config)
+    if config.imitation.demonstrations is not None and not files:
+        raise FileNotFoundError(
+            f"{config.imitation.demonstrations} holds no recorded episodes: make some with "
+            "python -m baselines.evaluate --record"
+        )
+    for file in files:
+        _check_demonstration(file, config)
+
+
+def _files(config: Config) -> list[Path]:
+    folder = config.imitation.demonstrations
+    return trajectories.files(folder) if folder else []
+
+
+def _check_demonstration(file: Path, config: Config) -> None:
+    about = trajectories.about(file)
+    episode = about["episode"]
+    if about["purpose"] != "training":
+        raise ValueError(
+            f"{file}: seed {episode['seed']} is for {about['purpose'] or 'nothing'}, not for "
+            "training: record episodes with --seed 1000000000 and up"
+        )
+    fields = {
+        "task": (episode["task"], config.definition.name),
+        "action mode": (about["action_mode"], "tracking"),
+        "observation version": (about["observation_version"], observation.VERSION),
+        "observation": (tuple(about["observation_names"]), config.columns),
+    }
+    for name, (given, wanted) in fields.items():
+        if given != wanted:
+            raise ValueError(f"{file}: its {name} is {given!r}, that of the training {wanted!r}")

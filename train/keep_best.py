@@ -4,23 +4,18 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from baselines.learned.network import Layers
 from baselines.learned.policy_file import SUFFIX
-from train import evaluation, learning_curve
+from train import evaluation
 from train.config import SEEDS_PER_RUN
 from train.evaluation import Score
 from train.run import BEST, Run
 
-PROGRESS_BAR: dict[str, Any] = {
-    "unit": " steps",
-    "unit_scale": True,
-    "desc": "PPO",
-    "file": sys.stderr,
-}
+PROGRESS_BAR = {"unit": " steps", "unit_scale": True, "desc": "PPO", "file": sys.stderr}
 """Options of the progress bar of a training."""
 
 
@@ -28,12 +23,9 @@ PROGRESS_BAR: dict[str, Any] = {
 class Status:
     """How far a training has come, over all processes of its run."""
 
-    timesteps: int = 0
-    """Decisions of single boats."""
-    seconds: float = 0.0
-    """Time of training, s."""
-    best: float = float("inf")
-    """Selection score of the best policy, s."""
+    timesteps: int = 0  # decisions of single boats
+    seconds: float = 0.0  # time of training, s
+    best: float = float("inf")  # selection score of the best policy, s
 
 
 class KeepBest:
@@ -66,15 +58,24 @@ class KeepBest:
             layers, run.metadata, run.config, status.timesteps, status.seconds
         )
         self.count_time()
-        value = evaluation.selection_score(scores)
-        best = value < status.best
+        selection_score = float(np.mean([score.penalised_time for score in scores]))
+        best = selection_score < status.best
         if best:
-            status.best = value
+            status.best = selection_score
             save_model()
         keep(run, layers, scores, best)
-        for name, number in evaluation.log_values(scores):
-            self._log(name, number)
-        self._bar.set_postfix_str(evaluation.headline(scores))
+        self._show(scores)
+
+    def _show(self, scores: Sequence[Score]) -> None:
+        """Logs scores, and writes success and time beside the progress bar."""
+        for score in scores:
+            group = f"evaluation/{score.num_boats}_{score.scenario}"
+            self._log(f"{group}_success", score.success)
+            self._log(f"{group}_time", score.median_time)
+        success = np.mean([score.success for score in scores])
+        times = [score.median_time for score in scores if score.success]
+        took = f", {np.mean(times):.1f} s" if times else ""
+        self._bar.set_postfix_str(f"success {success:.0%}{took}")
 
     def count_time(self) -> None:
         """Adds the time since the last call to the seconds of the training."""
@@ -87,12 +88,6 @@ def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
     """Writes the policy files of an evaluation, then its rows of the learning curve.
 
     The rows come last: where they are, the policy files are too.
-
-    Args:
-        run: with the folder.
-        layers: of the policy.
-        scores: of the policy.
-        best: whether it is the best so far.
     """
     first, initial = run.config.first_seed, run.config.init_from
     model_card = {
@@ -104,7 +99,7 @@ def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
     }
     for name in [BEST, "policy"] if best else ["policy"]:
         run.save_policy(f"{name}{SUFFIX}", layers, model_card)
-    learning_curve.append(run.curve, scores)
+    evaluation.append_to_curve(run.curve, scores)
 
 
 def passed(timesteps: int, rollout: int, every: int) -> bool:

@@ -1,5 +1,7 @@
-"""Checks of all that a training needs, before its folder is made."""
+"""Checks of all that a training needs, before its folder is made, and its report while it runs."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -7,9 +9,9 @@ from asv_env.presets import make_params
 from baselines.learned import policy_file
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.learned.phases import PhasedPolicy
-from train import actors, tracking
+from train import actors
 from train.config import CONTROL_RATE, Config
-from train.demonstrations import check_demonstrations
+from train.imitation import check_demonstrations
 from train.run import Run
 
 
@@ -22,22 +24,21 @@ def open_run(config: Config) -> tuple[Run, Layers | None]:
     Raises:
         ValueError, OSError, ImportError: something is wrong; then nothing was made.
     """
-    layers, model_card = initial_policy(config)
+    layers, model_card = _initial_policy(config)
     check_demonstrations(config)
-    check_rollout_policy(config)
-    tracking.check(config)
+    _check_rollout_policy(config)
+    if config.tracking.track:
+        try:
+            import wandb  # noqa: F401
+        except ImportError as error:
+            raise ImportError("--track needs Weights & Biases: pip install wandb") from error
     run = Run(config)
     run.open(model_card)
     return run, layers
 
 
-def initial_policy(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]:
-    """Returns layers and model card of the policy file with which learning begins, if there is one.
-
-    Raises:
-        ValueError: the policy observes, acts or is built otherwise than the training.
-        FileNotFoundError: there is no such file.
-    """
+def _initial_policy(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[None, None]:
+    """Returns layers and model card of the policy file with which learning begins, if any."""
     if config.init_from is None:
         return None, None
     phase, model_card = policy_file.read_single(config.init_from)
@@ -69,13 +70,8 @@ def _check_options(metadata: Metadata, config: Config) -> None:
             )
 
 
-def check_rollout_policy(config: Config) -> None:
-    """Refuses a policy file that cannot be rolled out with every team.
-
-    Raises:
-        ValueError: it lacks phases for a team.
-        FileNotFoundError: there is no such file.
-    """
+def _check_rollout_policy(config: Config) -> None:
+    """Refuses a policy file that cannot be rolled out with every team."""
     file = config.curriculum.rollout_policy
     if file is None:
         return
@@ -85,3 +81,25 @@ def check_rollout_policy(config: Config) -> None:
             PhasedPolicy(phases, make_params("transport", team))
     except ValueError as error:
         raise ValueError(f"--curriculum.rollout-policy {file}: {error}") from error
+
+
+@contextmanager
+def tracked(run: Run) -> Iterator[None]:
+    """Sends what goes to TensorBoard to Weights & Biases too, where that is asked for."""
+    options = run.config.tracking
+    if not options.track:
+        yield
+        return
+    import wandb
+
+    with wandb.init(
+        project=options.wandb_project_name,
+        entity=options.wandb_entity,
+        name=run.folder.name,
+        id=run.id,
+        resume="allow",
+        config=run.config.learned(),
+        sync_tensorboard=True,
+        dir=str(run.folder),
+    ):
+        yield

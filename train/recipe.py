@@ -27,13 +27,10 @@ from train.sb3 import export, training
 class Training:
     """One training of the recipe."""
 
-    config: Config
-    """Options of the run, but for its seed, its folder and its initial policy."""
-    after: str | None = None
-    """Name of the training with whose best policy it begins; None for one that has none."""
+    config: Config  # options of the run, but for its seed, its folder and its initial policy
+    after: str | None = None  # name of the training with whose best policy it begins
     approach: str | None = None
-    """Name of a training of Approach: pushes then begin where its policy and that of ``after`` have
-    brought the vessel into closure."""
+    """Name of a training of Approach: pushes then begin where its policy reaches closure."""
 
 
 APPROACH = "approach"
@@ -41,8 +38,7 @@ APPROACH = "approach"
 APPROACH_FOUR = "approach-four"
 """Name of the training that approaches with four boats."""
 PAIRS = ((APPROACH, "push-teams", None), (APPROACH_FOUR, "push-finely", 4))
-"""Trainings of Approach and of Push whose networks make ``transport.npz``, and the team size that
-uses them alone."""
+"""Trainings of Approach and Push that make ``transport.npz``, and the only team size of each."""
 PATIENCE = 34.0
 """Time after which a push is given up, s for a vessel of 0.40 m."""
 FIRST_PUSH = PRESETS["push"].changed(
@@ -120,12 +116,7 @@ TRAININGS = {
                 "num_envs": 324,
                 "time_limit": 40.0,
             },
-            ppo={
-                "num_steps": 20,
-                "gamma": 0.994,
-                "adapt_kl": 0.01,
-                "total_timesteps": 70_000_000,
-            },
+            ppo={"num_steps": 20, "gamma": 0.994, "adapt_kl": 0.01, "total_timesteps": 70_000_000},
             network={"hidden": (256, 256), "log_std_init": -2.4, "log_std_min": -3.0},
             evaluation={"every": 20_000_000, "episodes": 10},
         ),
@@ -140,21 +131,13 @@ TRAININGS = {
 class Options:
     """Train the policies that are part of this package."""
 
-    seed: int = 0
-    """Seed of the trainings."""
-    out: Path | None = None
-    """Folder; by default runs/train/recipe-SEED."""
-    torch_threads: int = 2
-    """Threads of the learner."""
+    seed: int = 0  # seed of the trainings
+    out: Path | None = None  # folder; by default runs/train/recipe-SEED
+    torch_threads: int = 2  # threads of the learner
 
 
 def follow(seed: int, out: Path, threads: int) -> None:
-    """Trains all that is not trained yet, and writes the policy files.
-
-    Args:
-        seed: of the trainings.
-        out: folder in which each training has its own.
-        threads: of the learner.
+    """Trains all that is not trained yet, and writes the policy files into the folder ``out``.
 
     Raises:
         ValueError, OSError: a folder holds something else; see ``train.launch.open_run``.
@@ -165,7 +148,7 @@ def follow(seed: int, out: Path, threads: int) -> None:
         training.train(config)
         if config.init_from and not policy_file.read(best(out / name))[1]["timesteps"]:
             print(f"{name}: nothing better than its initial policy", file=sys.stderr)
-    shutil.copyfile(checked(out / APPROACH), out / f"approach{SUFFIX}")
+    shutil.copyfile(_checked(out / APPROACH), out / f"approach{SUFFIX}")
     join(out, PAIRS, out / f"transport{SUFFIX}")
 
 
@@ -189,7 +172,7 @@ def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) ->
 
     Args:
         out: folder of the recipe.
-        pairs: names of the training of one of each, and the team size that uses them alone.
+        pairs: names of the training of one of each, and the only team size that uses them.
         file: to be written.
 
     Raises:
@@ -198,18 +181,14 @@ def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) ->
     phases, model_cards = [], []
     for approach, push, team_size in pairs:
         for name, patience in ((approach, None), (push, PATIENCE)):
-            phase, model_card = policy_file.read_single(checked(out / name))
+            phase, model_card = policy_file.read_single(_checked(out / name))
             phases.append(replace(phase, patience=patience, team_size=team_size))
             model_cards.append(model_card)
     write(file, lambda part: policy_file.save(part, phases, {"phases": model_cards}))
 
 
-def checked(run: Path) -> Path:
-    """Returns the best policy file of a run, compared with the network that was trained.
-
-    Raises:
-        ValueError: it differs.
-    """
+def _checked(run: Path) -> Path:
+    """Returns the best policy file of a run, compared with the network that was trained."""
     export.check(run)
     return best(run)
 

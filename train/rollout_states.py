@@ -24,10 +24,8 @@ KEEP_EVERY = 10
 class RolloutStates:
     """States of bodies and goals from rollouts of a policy."""
 
-    motion: Float
-    """(n, B, 6) of all bodies; see ``State``."""
-    goal: Float
-    """(n, 3) goal poses, m, m, rad."""
+    motion: Float  # (n, B, 6) of all bodies; see ``State``
+    goal: Float  # (n, 3) goal poses, m, m, rad
 
     def sample(self, start: InitialState, rng: np.random.Generator) -> InitialState:
         """Returns an initial state with bodies and goal of a random state of the rollouts."""
@@ -49,14 +47,9 @@ def along_episodes(policy: Policy, simulation: Simulation, seeds: range) -> Roll
 
 
 def where_pushes_begin(file: Path, params: EnvParams, seeds: range) -> RolloutStates:
-    """Returns the states in which a policy of several phases begins to push.
+    """Returns the states of Transport in which a policy of several phases begins to push.
 
     They are mirrored so that the team pushes from the +n side.
-
-    Args:
-        file: of the policy.
-        params: of Transport.
-        seeds: of the episodes.
 
     Raises:
         ValueError, FileNotFoundError: the file is no such policy; it never begins to push.

@@ -27,7 +27,7 @@ from baselines.learned.network import Layers, Metadata
 from baselines.learned.phases import Phase
 from baselines.rollout import provenance
 from baselines.rollout.files import remove_parts, write, write_text
-from train.config import Config
+from train.config import CONTROL_RATE, Config
 
 COMMON = ("numpy", "scipy", "pymunk", "gymnasium", "torch")
 LIBRARIES = {"sb3": (*COMMON, "stable-baselines3"), "rllib": (*COMMON, "ray")}
@@ -43,8 +43,7 @@ OWN = (
 class Run:
     """A run's folder."""
 
-    config: Config
-    """Options of the run."""
+    config: Config  # options of the run
 
     @property
     def folder(self) -> Path:
@@ -72,24 +71,19 @@ class Run:
             FileExistsError: it holds something else.
         """
         config = self._read_config()
+        has_checkpoint = self.checkpoint.exists() or (self.folder / "checkpoint").exists()
         if config is None and self.folder.exists() and any(self.folder.iterdir()):
             raise FileExistsError(
                 f"{self.folder} holds something else than a run: choose another folder with --out"
             )
-        if config is not None and self._has_checkpoint and not self.config.overwrite:
+        if config is not None and has_checkpoint and not self.config.overwrite:
             self._check_same(config)
             return
         self._clear()
         self.folder.mkdir(parents=True, exist_ok=True)
-        self._write_config(
-            {
-                "options": self.config.learned(),
-                "began_with": began_with,
-                "observation_version": observation.VERSION,
-                "id": uuid4().hex[:12],
-                **_software(self.config),
-            }
-        )
+        options, version = self.config.learned(), observation.VERSION
+        written = {"options": options, "began_with": began_with, "observation_version": version}
+        self._write_config(written | {"id": uuid4().hex[:12]} | _software(self.config))
 
     def note_code(self) -> None:
         """Notes in ``config.json`` where a run is resumed by other code or libraries."""
@@ -98,10 +92,6 @@ class Run:
         if any(parts[-1].get(name) != now[name] for name in ("code", "libraries")):
             print(f"{self.folder} is resumed with other code or libraries", file=sys.stderr)
             self._write_config(config | {"resumed_with": [*parts[1:], now]})
-
-    @property
-    def _has_checkpoint(self) -> bool:
-        return self.checkpoint.exists() or (self.folder / "checkpoint").exists()
 
     def _write_config(self, config: dict[str, Any]) -> None:
         write_text(self.folder / CONFIG, json.dumps(config, indent=2) + "\n")
@@ -115,18 +105,15 @@ class Run:
         known = {"options", "observation_version"}
         return config if isinstance(config, dict) and known <= config.keys() else None
 
-    def _config_field(self, name: str) -> Any:
-        return (self._read_config() or {}).get(name)
-
     @property
     def began_with(self) -> dict[str, Any] | None:
         """Model card of the policy file with which learning began."""
-        return self._config_field("began_with")
+        return (self._read_config() or {}).get("began_with")
 
     @property
     def id(self) -> str | None:
         """Name by which a tracker recognises the run; None for a run that has none."""
-        return self._config_field("id")
+        return (self._read_config() or {}).get("id")
 
     def _clear(self) -> None:
         for path in (self.folder / name for name in OWN):
@@ -156,34 +143,32 @@ class Run:
                 f"{self.folder} holds a run with other options ({'; '.join(changed)}): {remedy}"
             )
 
-    def save_policy(self, name: str, layers: Layers, model_card: dict[str, Any]) -> Path:
-        """Writes a policy file into the folder; returns its path."""
-        path, phase = self.folder / name, Phase(layers, self.metadata)
-        write(path, lambda part: policy_file.save(part, [phase], model_card))
-        return path
+    def save_policy(self, name: str, layers: Layers, model_card: dict[str, Any]) -> None:
+        """Writes a policy file into the folder."""
+        phase = Phase(layers, self.metadata)
+        write(self.folder / name, lambda part: policy_file.save(part, [phase], model_card))
 
     @property
     def metadata(self) -> Metadata:
         """What a policy of this run is made for."""
+        config, network = self.config, self.config.network
         return Metadata(
-            tasks=(self.config.definition.name,),
-            activation=self.config.network.activation,
-            action_repeat=self.config.worlds.decide_every,
-            residual=self.config.network.residual,
-            mirrors=self.config.worlds.mirror,
-            observation=self.config.observed,
+            tasks=(config.definition.name,),
+            activation=network.activation,
+            action_repeat=CONTROL_RATE // config.worlds.decision_rate,
+            residual=network.residual,
+            mirrors=config.worlds.mirror,
+            observation=config.observed,
         )
 
 
 def by_name(options: dict[str, Any]) -> dict[str, Any]:
     """Returns nested options by names such as "ppo.gamma"."""
-    flat: dict[str, Any] = {}
-    for name, value in options.items():
-        if isinstance(value, dict):
-            flat |= {f"{name}.{field}": inner for field, inner in value.items()}
-        else:
-            flat[name] = value
-    return flat
+    return {
+        f"{name}.{field}" if field else name: inner
+        for name, value in options.items()
+        for field, inner in (value.items() if isinstance(value, dict) else [("", value)])
+    }
 
 
 def _software(config: Config) -> dict[str, Any]:
@@ -200,10 +185,9 @@ def _software(config: Config) -> dict[str, Any]:
 def revision() -> str | None:
     """Returns the git revision, marked where files differ from it; None where there is none."""
     command = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
+    here = Path(__file__).parent
     try:
-        answer = subprocess.run(
-            command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True
-        )
-    except (OSError, subprocess.CalledProcessError):
+        answer = subprocess.run(command, cwd=here, capture_output=True, text=True, check=False)
+        return answer.stdout.strip() or None
+    except OSError:
         return None
-    return answer.stdout.strip()

@@ -1,25 +1,37 @@
-"""Checkpoints of RLlib: a folder each, and a file that names the last."""
+"""What a learner of RLlib leaves and hands on: checkpoints, layers of policy files, weights."""
 
 import json
 import shutil
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import torch
 from ray.rllib.algorithms.ppo import PPO
+from ray.rllib.core.columns import Columns
+from torch import nn
 
+from baselines.learned.network import Layers, NetworkPolicy
 from baselines.rollout.files import write_text
+from train import actors
 from train.keep_best import Status
+from train.rllib.settings import BOAT
+from train.run import Run
 
 STATUS = "status.json"
 """File in a checkpoint that says how far the training has come."""
+TOLERANCE = 1e-5
+"""Largest difference between the actions of a policy file and those of the network."""
+COMPARED = 256
+"""Number of observations on which they are compared."""
 
 
 class Checkpoints:
-    """Checkpoints of a run. Whenever a run is killed, the file names one that is whole.
+    """Checkpoints in the folder of a run, a folder each, and a file that names the last.
 
-    Args:
-        folder: of the run.
+    Whenever a run is killed, the file names one that is whole.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -43,3 +55,48 @@ class Checkpoints:
         for folder in self._folder.iterdir():
             if folder.is_dir() and folder != new:
                 shutil.rmtree(folder)
+
+
+def module_of(algorithm: PPO) -> Any:
+    """Returns actor and critic of the learner."""
+    (found,) = algorithm.learner_group.foreach_learner(lambda learner: learner.module[BOAT])
+    return found.get()
+
+
+def actor(module: Any) -> nn.Sequential:
+    """Returns the network from observations to mean actions; it shares the module's weights."""
+    return nn.Sequential(module.encoder.actor_encoder.net, module.pi.net)
+
+
+def checked_layers(module: Any, run: Run) -> Layers:
+    """Returns the layers of a module's actor for a policy file of a run.
+
+    Raises:
+        RuntimeError: the policy file would not act as the module does.
+    """
+    layers = actors.get_layers(actor(module))
+    policy = NetworkPolicy(layers, run.metadata, run.config.params())
+    size = (COMPARED, len(layers[0][0]))
+    seen = np.random.default_rng(0).standard_normal(size, dtype=np.float32)
+    outputs = module.forward_inference({Columns.OBS: torch.from_numpy(seen)})
+    distribution = module.get_inference_action_dist_cls().from_logits(
+        outputs[Columns.ACTION_DIST_INPUTS]
+    )
+    wanted = distribution.to_deterministic().sample().numpy().clip(-1.0, 1.0)
+    difference = float(np.abs(policy.forward(seen) - wanted).max())
+    if difference > TOLERANCE:
+        raise RuntimeError(
+            f"the exported policy differs by {difference:.1e} from the one that was trained"
+        )
+    return layers
+
+
+def distribute_weights(algorithm: PPO) -> None:
+    """Gives the learner's weights to all processes and waits until they have them.
+
+    RLlib's own ``sync_weights`` drops what is for a process that has not yet answered the last
+    time, as it is with those that have just been made: after its ``restore_from_path`` too, the
+    first steps would come from untrained weights.
+    """
+    state = algorithm.learner_group.get_state("learner/rl_module", inference_only=True)["learner"]
+    algorithm.env_runner_group.foreach_env_runner(lambda runner: runner.set_state(state))

@@ -18,32 +18,24 @@ from tensorboardX import SummaryWriter  # type: ignore[import-not-found]
 from tqdm import tqdm
 
 from baselines.learned.network import Layers
-from train import actors, imitation, learning_curve, tracking
+from train import actors, imitation
 from train.config import Config
+from train.evaluation import truncate_curve
 from train.keep_best import PROGRESS_BAR, KeepBest, Status, passed
-from train.launch import open_run
-from train.rllib.checkpoints import Checkpoints
-from train.rllib.learner import (
-    BOAT,
+from train.launch import open_run, tracked
+from train.rllib.checkpoints import (
+    Checkpoints,
     actor,
     checked_layers,
     distribute_weights,
     module_of,
 )
-from train.rllib.settings import check, connected, settings
+from train.rllib.settings import BOAT, check, connected, settings
 from train.run import TENSORBOARD, Run
 
 
 class Training:
-    """Samples, learns, evaluates and saves.
-
-    Args:
-        run: with the folder.
-        algorithm: of RLlib.
-        status: of the training so far.
-        bar: of the timesteps.
-        since: time on the monotonic clock from which on the training counts, s.
-    """
+    """Samples, learns, evaluates and saves; for the arguments see ``KeepBest``."""
 
     def __init__(self, run: Run, algorithm: PPO, status: Status, bar: tqdm, since: float) -> None:
         self._run, self._algorithm, self._status, self._bar = run, algorithm, status, bar
@@ -102,7 +94,7 @@ def begin(algorithm: PPO, config: Config, layers: Layers | None) -> None:
 
 
 def train(config: Config) -> None:
-    """Train, from the beginning or from the checkpoint of the run.
+    """Trains, from the beginning or from the checkpoint of the run.
 
     Raises:
         ValueError, OSError: something is wrong with the options; see ``check`` and ``open_run``.
@@ -114,7 +106,7 @@ def train(config: Config) -> None:
     done, total = status.timesteps, config.ppo.total_timesteps
     if done >= total:
         return
-    with tracking.tracked(config, run.folder, run.id), connected(config):
+    with tracked(run), connected(config):
         algorithm, began = settings(config, done).build_algo(), time.monotonic()
         if last is None:
             begin(algorithm, config, layers)
@@ -122,7 +114,7 @@ def train(config: Config) -> None:
             run.note_code()
             algorithm.restore_from_path(last.absolute())
         distribute_weights(algorithm)
-        learning_curve.truncate(run.curve, -1 if last is None else done)
+        truncate_curve(run.curve, -1 if last is None else done)
         with tqdm(total=total, initial=done, **PROGRESS_BAR) as bar:
             training = Training(run, algorithm, status, bar, began)
             if last is None:

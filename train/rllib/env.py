@@ -27,22 +27,15 @@ def world_number(seed: int, first: int, process: int, worlds: int) -> int:
     """Returns the number of a world within the training, from 0, from the seed that RLlib gives it.
 
     RLlib seeds world w of process p with ``first + p + w``, so that worlds of different processes
-    share seeds. Their numbers must differ. The processes that sample count from 1; without any,
-    process 0 samples.
+    share seeds. Their numbers must differ. The processes that sample count from 1, each with
+    ``worlds``; without any, process 0 samples. ``first`` is the seed of the training.
 
     >>> [world_number(100 + 1 + w, 100, process=1, worlds=3) for w in range(3)]
     [0, 1, 2]
     >>> [world_number(100 + 2 + w, 100, process=2, worlds=3) for w in range(3)]
     [3, 4, 5]
-
-    Args:
-        seed: that RLlib gives the world.
-        first: seed of the training.
-        process: number of the process.
-        worlds: number of worlds of each process.
     """
-    world = seed - first - process
-    return world + max(0, process - 1) * worlds
+    return seed - first - process + max(0, process - 1) * worlds
 
 
 class Boats(ParallelPettingZooEnv):

@@ -1,22 +1,52 @@
-"""The options of a training in the terms of RLlib, and a connection to Ray."""
+"""The options of a training in the terms of RLlib, its learner, and a connection to Ray."""
 
 import logging
 import os
-import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from operator import attrgetter
+from typing import Any
 
 import ray
+import torch
 from ray.rllib.algorithms.ppo import PPOConfig
+from ray.rllib.algorithms.ppo.torch.ppo_torch_learner import PPOTorchLearner
 
 from train.config import SEEDS_PER_RUN, Config
 from train.rllib.env import SEED_LIMIT, Boats, num_processes, worlds_per_process
-from train.rllib.learner import BOAT, Learner
 from train.sections import LEAST_RATE
 
+BOAT = "boat"
+"""Name of the policy that all boats share."""
+ONLY_SB3 = (
+    *("network.critic", "network.residual", "network.log_std_min"),
+    *("curriculum.step", "curriculum.rollout_starts"),
+)
+"""Options that only the engine sb3 has."""
 LONGEST_PATH = 36
 """Number of letters in the name of a temporary folder that leaves Ray's sockets room."""
+
+
+class Learner(PPOTorchLearner):
+    """PPO whose actor and critic have optimizers and learning rates of their own."""
+
+    def configure_optimizers_for_module(self, module_id: str, config: Any = None) -> None:
+        """Makes the optimizers; RLlib calls it."""
+        module = self.module[module_id]
+        networks = {
+            "actor": (module.encoder.actor_encoder, module.pi),
+            "critic": (module.encoder.critic_encoder, module.vf),
+        }
+        for name, parts in networks.items():
+            weights = [parameter for part in parts for parameter in self.get_parameters(part)]
+            self.register_optimizer(
+                module_id=module_id,
+                optimizer_name=name,
+                optimizer=torch.optim.Adam(weights, eps=1e-5),
+                params=weights,
+                lr_or_lr_schedule=config.learner_config_dict[name],
+            )
 
 
 def rollout_size(config: Config) -> int:
@@ -28,10 +58,7 @@ def rollout_size(config: Config) -> int:
 def rate_schedule(config: Config, rate: float, waits: int = 0) -> list[list[float]]:
     """Returns the course of a learning rate as pairs (steps of worlds, learning rate).
 
-    Args:
-        config: of the run.
-        rate: to begin with.
-        waits: number of first updates, in which it is 0.
+    It is 0 in the first ``waits`` updates.
     """
     team, total = config.worlds.teams[0], config.ppo.total_timesteps
     begins = max(2, round((waits - 0.5) * rollout_size(config) / team)) if waits else 0
@@ -43,14 +70,10 @@ def rate_schedule(config: Config, rate: float, waits: int = 0) -> list[list[floa
 
 
 def settings(config: Config, done: int) -> PPOConfig:
-    """Returns the settings of RLlib.
+    """Returns the settings of RLlib for a training that has come to ``done`` timesteps.
 
     Steps are those of single boats. Each world's part of a batch has one row more than steps, the
     state after the last of them, of which the minibatches have their share.
-
-    Args:
-        config: of the run.
-        done: timesteps of the training so far.
     """
     worlds, options = worlds_per_process(config) * num_processes(config), config.ppo
     seed = config.first_seed + done % (SEEDS_PER_RUN - worlds)
@@ -108,14 +131,8 @@ def check(config: Config) -> None:
     """
     if len(set(config.worlds.teams)) > 1:
         _refuse("teams", config.worlds.teams, "it trains one team size; choose one")
-    for section, name in (
-        (config.network, "critic"),
-        (config.network, "residual"),
-        (config.network, "log_std_min"),
-        (config.curriculum, "step"),
-        (config.curriculum, "rollout_starts"),
-    ):
-        value, default = getattr(section, name), getattr(type(section), name)
+    for name in ONLY_SB3:
+        value, default = map(attrgetter(name), (config, Config()))
         if value != default:
             _refuse(name, value, f"only sb3 knows that; use {name} = {default!r}")
 
@@ -132,23 +149,15 @@ def connected(config: Config) -> Iterator[None]:
         ConnectionError: there is no such cluster.
     """
     logging.getLogger("ray.rllib").setLevel(logging.ERROR)
-    folder = None
-    if config.compute.ray_address is not None:
-        ray.init(config.compute.ray_address, logging_level=logging.ERROR)
-    else:
-        os.environ.setdefault("RAY_AUTH_MODE", "disabled")  # else it writes a token at home
-        if "RAY_TMPDIR" not in os.environ and len(tempfile.gettempdir()) > LONGEST_PATH:
-            folder = tempfile.mkdtemp(prefix="ray-", dir="/tmp")
-        ray.init(
-            "local",
-            logging_level=logging.ERROR,
-            num_cpus=num_processes(config),
-            include_dashboard=False,
-            _temp_dir=folder,
-        )
-    try:
+    address = config.compute.ray_address or "local"
+    options: dict[str, Any] = {}
+    with ExitStack() as stack:
+        if address == "local":
+            os.environ.setdefault("RAY_AUTH_MODE", "disabled")  # else it writes a token at home
+            options = {"num_cpus": num_processes(config), "include_dashboard": False}
+            if "RAY_TMPDIR" not in os.environ and len(tempfile.gettempdir()) > LONGEST_PATH:
+                folder = tempfile.TemporaryDirectory("", "ray-", "/tmp", ignore_cleanup_errors=True)
+                options["_temp_dir"] = stack.enter_context(folder)
+        stack.callback(ray.shutdown)
+        ray.init(address, logging_level=logging.ERROR, **options)
         yield
-    finally:
-        ray.shutdown()
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)

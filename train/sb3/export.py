@@ -40,23 +40,17 @@ SECONDS = 20.0
 class Options:
     """Copy the best policy of a run, if its file acts as the network that was trained."""
 
-    run: Positional[Path]
-    """Folder of the run."""
-    file: Positional[Path]
-    """Policy file (.npz) to be written."""
-    overwrite: bool = False
-    """Replace the file if it exists."""
+    run: Positional[Path]  # folder of the run
+    file: Positional[Path]  # policy file (.npz) to be written
+    overwrite: bool = False  # replace the file if it exists
 
 
 def largest_difference(
     policy: NetworkPolicy, network: Callable[[Observation], Action], params: EnvParams
 ) -> float:
-    """Returns the largest difference between the actions of a policy and a network.
+    """Returns the largest difference between the actions of a policy, which acts, and a network.
 
-    Args:
-        policy: from a policy file, which acts.
-        network: from observations (n, K) to actions (n, 2) in [-1, 1].
-        params: of the environment.
+    The network goes from observations (n, K) to actions (n, 2) in [-1, 1].
     """
 
     def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:

@@ -5,10 +5,10 @@ from typing import Any
 import torch
 from gymnasium.spaces import Dict
 from stable_baselines3.common.policies import ActorCriticPolicy, MultiInputActorCriticPolicy
-from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor, create_mlp
 from torch import Tensor, nn
 
-from train.config import Config
+from train.sections import NetworkOptions
 
 ACTIVATIONS = {"relu": nn.ReLU, "tanh": nn.Tanh}
 
@@ -30,8 +30,8 @@ class ActorAndCritic(nn.Module):
     def __init__(self, space: Dict, hidden: list[int], activation: type[nn.Module]) -> None:
         super().__init__()
         seen, state = (space[name].shape[0] for name in ("obs", "state"))  # type: ignore[index]
-        self.policy_net = perceptron(seen, hidden, activation)
-        self.value_net = perceptron(seen + state, hidden, activation)
+        self.policy_net = nn.Sequential(*create_mlp(seen, -1, hidden, activation))
+        self.value_net = nn.Sequential(*create_mlp(seen + state, -1, hidden, activation))
         self.latent_dim_pi = self.latent_dim_vf = hidden[-1]
 
     def forward(self, features: dict[str, Tensor]) -> tuple[Tensor, Tensor]:
@@ -61,26 +61,12 @@ class CentralCriticPolicy(MultiInputActorCriticPolicy):
         )
 
 
-def perceptron(inputs: int, hidden: list[int], activation: type[nn.Module]) -> nn.Sequential:
-    """Returns hidden layers with an activation after each."""
-    layers: list[nn.Module] = []
-    for size in hidden:
-        layers += [nn.Linear(inputs, size), activation()]
-        inputs = size
-    return nn.Sequential(*layers)
-
-
-def policy_class(config: Config) -> type[ActorCriticPolicy]:
-    """Returns the policy class for the critic of the options."""
-    return CentralCriticPolicy if config.network.critic == "central" else ActorCriticPolicy
-
-
-def policy_options(config: Config) -> dict[str, Any]:
-    """Returns the arguments of the policy class."""
-    return {
-        "net_arch": list(config.network.hidden),
-        "activation_fn": ACTIVATIONS[config.network.activation],
-        "log_std_init": config.network.log_std_init,
+def policy_class(options: NetworkOptions) -> tuple[type[ActorCriticPolicy], dict[str, Any]]:
+    """Returns the class of actor and critic, and its arguments."""
+    return CentralCriticPolicy if options.critic == "central" else ActorCriticPolicy, {
+        "net_arch": list(options.hidden),
+        "activation_fn": ACTIVATIONS[options.activation],
+        "log_std_init": options.log_std_init,
     }
 
 

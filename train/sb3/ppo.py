@@ -1,7 +1,7 @@
 """PPO of stable-baselines3 whose actor and critic have learning rates of their own."""
 
 import random
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import torch
@@ -12,8 +12,8 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from train.config import Config
 from train.keep_best import Status
-from train.sb3 import policies
 from train.sb3.buffer import TorchRolloutBuffer
+from train.sb3.policies import policy_class
 from train.sections import LEAST_RATE
 
 RATE_FACTOR = 1.3
@@ -49,13 +49,13 @@ class Learner(PPO):
     random_state: Any = None
 
     @classmethod
-    def create(cls, config: Config, worlds: VecEnv) -> "Learner":
+    def create(cls, config: Config, worlds: VecEnv) -> Self:
         """Returns an untrained learner."""
         set_random_seed(config.first_seed % 2**32)
-        options = config.ppo
+        options, (policy, arguments) = config.ppo, policy_class(config.network)
         rows = options.num_steps * worlds.num_envs
         learner = cls(
-            policies.policy_class(config),
+            policy,
             worlds,
             learning_rate=options.learning_rate,
             n_steps=options.num_steps,
@@ -68,7 +68,7 @@ class Learner(PPO):
             vf_coef=options.vf_coef,
             max_grad_norm=options.max_grad_norm,
             target_kl=options.target_kl,
-            policy_kwargs=policies.policy_options(config),
+            policy_kwargs=arguments,
             stats_window_size=STATS_WINDOW,
             device="cpu",
         )

@@ -16,12 +16,13 @@ from tqdm import tqdm
 
 from baselines.learned.network import Layers
 from baselines.rollout.files import write
-from train import actors, imitation, learning_curve, tracking
+from train import actors, imitation
 from train.config import SEEDS_PER_RUN, Config
+from train.evaluation import last_timesteps, truncate_curve
 from train.keep_best import PROGRESS_BAR, KeepBest, passed
-from train.launch import open_run
+from train.launch import open_run, tracked
 from train.run import BEST, TENSORBOARD, Run
-from train.sb3 import policies
+from train.sb3.policies import actor
 from train.sb3.ppo import Learner
 from train.sb3.vec_env import TrainingVecEnv
 
@@ -32,23 +33,13 @@ ADVANCES = 0.7
 class Callback(BaseCallback):
     """Evaluates, saves, makes the worlds again and shows progress, between updates.
 
-    Args:
-        run: with the folder.
-        worlds: of the training.
-        keep_best: evaluates.
-        bar: of the timesteps.
-        resumed: timesteps of the checkpoint from which the run is resumed; None for a new run.
+    ``resumed`` are the timesteps of the checkpoint from which a run is resumed, None for a new run.
     """
 
     model: Learner
 
     def __init__(
-        self,
-        run: Run,
-        worlds: TrainingVecEnv,
-        keep_best: KeepBest,
-        bar: tqdm,
-        resumed: int | None,
+        self, run: Run, worlds: TrainingVecEnv, keep_best: KeepBest, bar: tqdm, resumed: int | None
     ) -> None:
         super().__init__()
         self._run, self._worlds, self._keep_best = run, worlds, keep_best
@@ -78,7 +69,7 @@ class Callback(BaseCallback):
         """Scores the policy as it is, and keeps it if it is the best so far."""
         model, file = self.model, self._run.folder / f"{BEST}.zip"
         model.status.timesteps = model.num_timesteps
-        layers = actors.get_layers(policies.actor(model.policy))
+        layers = actors.get_layers(actor(model.policy))
         self._keep_best.evaluate(layers, lambda: write(file, model.save))
 
     def advance_curriculum(self) -> None:
@@ -98,7 +89,7 @@ class Callback(BaseCallback):
 
 
 def train(config: Config) -> None:
-    """Train, from the beginning or from the checkpoint of the run.
+    """Trains, from the beginning or from the checkpoint of the run.
 
     Raises:
         ValueError, OSError: something is wrong with the options; see ``open_run``.
@@ -106,14 +97,14 @@ def train(config: Config) -> None:
     torch.set_num_threads(config.compute.torch_threads)
     run, layers = open_run(config)
     total = config.ppo.total_timesteps
-    if run.checkpoint.exists() and learning_curve.last_timesteps(run.curve) >= total:
+    if run.checkpoint.exists() and last_timesteps(run.curve) >= total:
         return
-    with tracking.tracked(config, run.folder, run.id):
+    with tracked(run):
         began, worlds = time.monotonic(), TrainingVecEnv(config)
         resumed = run.checkpoint.exists()
         learner = _resumed(run, worlds) if resumed else _begun(config, worlds, layers)
         done = learner.num_timesteps
-        learning_curve.truncate(run.curve, done if resumed else -1)
+        truncate_curve(run.curve, done if resumed else -1)
         learner.set_logger(configure(str(run.folder / TENSORBOARD), ["tensorboard"]))
         with tqdm(total=total, initial=done, **PROGRESS_BAR) as bar:
             keep_best = KeepBest(run, learner.status, bar, learner.logger.record, began)
@@ -121,7 +112,7 @@ def train(config: Config) -> None:
             callback.init_callback(learner)
             if done < total and not learner.complete:
                 learner.learn(total - done, callback, reset_num_timesteps=False)
-            if learning_curve.last_timesteps(run.curve) < learner.num_timesteps:
+            if last_timesteps(run.curve) < learner.num_timesteps:
                 callback.evaluate()
                 callback.save()
         worlds.close()
@@ -132,10 +123,10 @@ def train(config: Config) -> None:
 def _begun(config: Config, worlds: TrainingVecEnv, layers: Layers | None) -> Learner:
     """Returns a learner whose actor has the weights of a file, or has imitated, as asked for."""
     learner = Learner.create(config, worlds)
-    actor = policies.actor(learner.policy)
+    network = actor(learner.policy)
     if layers is not None:
-        actors.set_layers(actor, layers)
-    imitation.imitate(actor, config)
+        actors.set_layers(network, layers)
+    imitation.imitate(network, config)
     return learner
 
 
