@@ -43,6 +43,15 @@ def test_actions_of_a_trajectory_lead_to_its_states(tmp_path):
     np.testing.assert_array_equal(simulation.state.motion[0], trajectory.motion[50])
 
 
+def test_a_trajectory_names_the_features_that_were_observed(tmp_path):
+    params = make_params("push", time_limit=1.0, observation=("goal", "own_yaw_rate"))
+    (log,) = runner.run(Idle, params, [0], 1, Label("idle"), record=True)
+    trajectories.save(tmp_path, log, params)
+    trajectory, about = trajectories.load(trajectories.path(tmp_path, 0))
+    assert about["observation_names"] == ["goal_x", "goal_y", "own_yaw_rate"]
+    assert trajectory.observation.shape[-1] == 3
+
+
 def test_trajectories_that_are_missing_are_made_later(tmp_path):
     run(*SHORT, "--policies", "idle", "--out", tmp_path)
     before = rows(tmp_path)

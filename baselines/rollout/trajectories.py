@@ -80,7 +80,7 @@ def save(folder: Path, log: PoseLog, params: EnvParams) -> None:
     metadata = {
         "episode": asdict(log.episode),
         "purpose": seeds.purpose(log.episode.seed),
-        "observation_names": observation.NAMES,
+        "observation_names": observation.column_names(observation.features(params)),
         "observation_version": observation.VERSION,
         "action_mode": params.action_mode,
         "control_rate": params.clock.control,
