@@ -139,13 +139,11 @@ def _run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
             pool = Parallel(n_jobs=min(workers, len(tasks)), **options)
     else:
         pool = Parallel(**options)
-    try:
-        for key, logs in pool(tasks):
-            for log in logs:
-                yield key, log
-    finally:
-        if local:
-            get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
+    for key, logs in pool(tasks):
+        for log in logs:
+            yield key, log
+    if local:  # joblib itself ends the workers of a run that is broken off
+        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
 
 
 def _run_batch(job: Job, parent: int) -> tuple[RunKey, list[PoseLog]]:
