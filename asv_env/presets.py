@@ -68,7 +68,7 @@ PRESETS: Registry[Overrides] = Registry(
     },
 )
 """Worlds, by name."""
-DEFAULT_TEAM = {"paper_simulation": 10}  # numbers of boats, by preset; 4 elsewhere
+DEFAULT_TEAM = {"paper_simulation": 10}  #: numbers of boats, by preset; 4 elsewhere
 
 SECTIONS: dict[str, Any] = {
     f.name: f.default_factory for f in fields(EnvParams) if f.default_factory is not MISSING

@@ -30,7 +30,7 @@ from asv_env.types import (
     rows,
 )
 
-WORLDS_PER_SPACE = 128  # number of worlds that share a Pymunk Space by default
+WORLDS_PER_SPACE = 128  #: number of worlds that share a Pymunk Space by default
 
 
 class Simulation:

@@ -41,10 +41,10 @@ def goal_lateral_offset(sensed: Sensed) -> Float:
 class PushSide:
     """The side from which each team pushes, and its slots in the view from there."""
 
-    side: Float  # (W,) +1 for the vessel's +n side, -1 for the other
-    slot: Complex  # (W, A) slots of the boats, m; of the mirror image where the side is -1
-    working: Bool  # (W, A) whether each boat worked when the slots were assigned
-    closed: Bool  # (W,) whether the vessel is in closure, by these slots
+    side: Float  #: (W,) +1 for the vessel's +n side, -1 for the other
+    slot: Complex  #: (W, A) slots of the boats, m; of the mirror image where the side is -1
+    working: Bool  #: (W, A) whether each boat worked when the slots were assigned
+    closed: Bool  #: (W,) whether the vessel is in closure, by these slots
 
 
 class PushSideSelector:

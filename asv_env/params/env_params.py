@@ -11,7 +11,7 @@ from asv_env.params.surroundings import ClockParams, SensorParams, VariationPara
 from asv_env.params.task_params import RewardParams, TaskParams
 
 ACTION_MODES = ("tracking", "thrusters")
-SMALLEST_CAGE = 4  # smallest team whose first and last boats cage the ends of the vessel
+SMALLEST_CAGE = 4  #: smallest team whose first and last boats cage the ends of the vessel
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class EnvParams:
             more failures than boats can bear.
     """
 
-    definition: Any  # the ``asv_env.tasks.Task``: initial states, reward, termination, metrics
+    definition: Any  #: the ``asv_env.tasks.Task``: initial states, reward, termination, metrics
     num_boats: int = 4
-    action_mode: str = "tracking"  # speed and yaw rate; or "thrusters"
+    action_mode: str = "tracking"  #: speed and yaw rate; or "thrusters"
     # Names of features, or features of one's own, see ``asv_env.sensing.observation``; None: all.
     observation: tuple[Any, ...] | None = None
     boat: BoatParams = field(default_factory=BoatParams)

@@ -6,7 +6,7 @@ from typing import Self
 from asv_env import geometry
 from asv_env.checks import TINY, check_numbers, check_pair
 
-NOMINAL_LENGTH = 0.40  # length of the nominal vessel, m
+NOMINAL_LENGTH = 0.40  #: length of the nominal vessel, m
 
 
 @dataclass(frozen=True)
@@ -17,15 +17,15 @@ class HullParams:
     the water. Added mass acts as effective mass and inertia, the same along every axis.
     """
 
-    length: float  # m
-    width: float  # m
-    mass: float  # dry mass, kg
-    added_mass: float  # effective, kg
-    inertia: float | None  # about the centre, kg m^2; None takes that of a uniform hull
-    added_inertia: float  # effective, kg m^2
-    surge: tuple[float, float]  # drag along +x, (linear kg/s, quadratic kg/m)
-    sway: tuple[float, float]  # drag along +y, (linear kg/s, quadratic kg/m)
-    yaw: tuple[float, float]  # drag moment, (linear N m s, quadratic N m s^2)
+    length: float  #: m
+    width: float  #: m
+    mass: float  #: dry mass, kg
+    added_mass: float  #: effective, kg
+    inertia: float | None  #: about the centre, kg m^2; None takes that of a uniform hull
+    added_inertia: float  #: effective, kg m^2
+    surge: tuple[float, float]  #: drag along +x, (linear kg/s, quadratic kg/m)
+    sway: tuple[float, float]  #: drag along +y, (linear kg/s, quadratic kg/m)
+    yaw: tuple[float, float]  #: drag moment, (linear N m s, quadratic N m s^2)
 
     def __post_init__(self) -> None:
         check_numbers(self, "length width mass", TINY)
@@ -80,11 +80,11 @@ class BoatParams(HullParams):
     surge: tuple[float, float] = (0.03, 0.25)
     sway: tuple[float, float] = (0.08, 0.67)
     yaw: tuple[float, float] = (1e-4, 3.6e-5)
-    bow: float = 0.02  # width of the flat bow, m
-    thrust: float = 0.010  # of one motor at full command ahead, N
-    astern: float = 0.6  # thrust astern as a fraction of that ahead
-    lever_arm: float = 0.02  # distance of each motor from the centre line, m
-    lag: float = 0.1  # first-order time constant of the thrusters, s
+    bow: float = 0.02  #: width of the flat bow, m
+    thrust: float = 0.010  #: of one motor at full command ahead, N
+    astern: float = 0.6  #: thrust astern as a fraction of that ahead
+    lever_arm: float = 0.02  #: distance of each motor from the centre line, m
+    lag: float = 0.1  #: first-order time constant of the thrusters, s
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -124,7 +124,7 @@ class VesselParams(HullParams):
     surge: tuple[float, float] = (0.20, 0.75)
     sway: tuple[float, float] = (0.10, 2.0)
     yaw: tuple[float, float] = (1.5e-3, 4e-3)
-    fins: float = 3.6  # quadratic surge drag of the fins, kg/m, on top of the bare hull's
+    fins: float = 3.6  #: quadratic surge drag of the fins, kg/m, on top of the bare hull's
 
     def __post_init__(self) -> None:
         super().__post_init__()

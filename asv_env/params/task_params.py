@@ -15,25 +15,25 @@ GOAL_ANCHORS = ("world", "closure")
 class TaskParams:
     """Distances, tolerances and times of a task; lengths fit the nominal 0.40 m vessel."""
 
-    name: str = "transport"  # see ``asv_env.tasks.TASKS``
-    goal: tuple[float, float, float] | None = None  # fixed pose, m, m, rad; None samples each
-    goal_distance: tuple[float, float] = (0.4, 1.2)  # (smallest, largest) of a sampled goal, m
-    goal_anchor: str = "world"  # or "closure": relative to the vessel's pose at closure
-    side: str = "+n"  # from which boats push: "+n", "-n", or "goal", the side away from the goal
-    start_distance: tuple[float, float] = (0.5, 1.5)  # (smallest, largest) of the boats at first, m
-    start_spacing: float = 1.5  # smallest distance between boats at first, boat lengths
-    arena: float = 3.0  # half the side of the square that no body may leave, m
-    time_limit: float = 180.0  # after which an episode is truncated, s
-    position_tolerance: float = 0.05  # largest distance of a delivered vessel to its goal, m
-    heading_tolerance: float = 0.1  # largest heading error of a delivered vessel, rad
-    speed_tolerance: float = 0.01  # speed of a delivered vessel through the local water, m/s
-    yaw_rate_tolerance: float = 0.05  # yaw rate of a delivered vessel, rad/s
-    nearing_tolerance: float = 0.001  # speed to the goal below which a vessel comes no nearer, m/s
-    slot_distance: float = 0.03  # distance within which a boat occupies its slot, m
-    slot_angle: float = 0.3  # heading error within which a boat occupies its slot, rad
-    slot_speed: float = 0.02  # speed on the vessel below which a boat occupies its slot, m/s
-    hold_time: float = 1.0  # for which all slots must be occupied to succeed at approach, s
-    end_gap: float = 0.005  # between the end boats and the ends of the vessel, m
+    name: str = "transport"  #: see ``asv_env.tasks.TASKS``
+    goal: tuple[float, float, float] | None = None  #: fixed pose, m, m, rad; None samples each
+    goal_distance: tuple[float, float] = (0.4, 1.2)  #: (smallest, largest) of a sampled goal, m
+    goal_anchor: str = "world"  #: or "closure": relative to the vessel's pose at closure
+    side: str = "+n"  #: from which boats push: "+n", "-n", or "goal", the side away from the goal
+    start_distance: tuple[float, float] = (0.5, 1.5)  #: (smallest, largest), of boats, m
+    start_spacing: float = 1.5  #: smallest distance between boats at first, boat lengths
+    arena: float = 3.0  #: half the side of the square that no body may leave, m
+    time_limit: float = 180.0  #: after which an episode is truncated, s
+    position_tolerance: float = 0.05  #: largest distance of a delivered vessel to its goal, m
+    heading_tolerance: float = 0.1  #: largest heading error of a delivered vessel, rad
+    speed_tolerance: float = 0.01  #: speed of a delivered vessel through the local water, m/s
+    yaw_rate_tolerance: float = 0.05  #: yaw rate of a delivered vessel, rad/s
+    nearing_tolerance: float = 0.001  #: speed to the goal below which a vessel comes no nearer, m/s
+    slot_distance: float = 0.03  #: distance within which a boat occupies its slot, m
+    slot_angle: float = 0.3  #: heading error within which a boat occupies its slot, rad
+    slot_speed: float = 0.02  #: speed on the vessel below which a boat occupies its slot, m/s
+    hold_time: float = 1.0  #: for which all slots must be occupied to succeed at approach, s
+    end_gap: float = 0.005  #: between the end boats and the ends of the vessel, m
 
     def __post_init__(self) -> None:
         choice("goal_anchor", self.goal_anchor, GOAL_ANCHORS)
@@ -91,15 +91,15 @@ class RewardParams:
     same at any control rate.
     """
 
-    closure: float = 0.5  # progress towards the slots
-    delivery: float = 1.0  # progress towards the goal
-    precision: float = 2.0  # the last centimetres to the goal pose
-    success: float = 4.0  # reward of an episode that succeeds
-    accuracy: float = 0.6  # fraction of ``success`` that depends on how exact the delivery is
-    strayed: float = 4.0  # penalty for leaving the arena
-    time: float = 0.05  # penalty of a second
-    effort: float = 0.001  # penalty of a second at full thrust
-    collision: float = 0.01  # penalty of a second in contact with another boat or a wall
+    closure: float = 0.5  #: progress towards the slots
+    delivery: float = 1.0  #: progress towards the goal
+    precision: float = 2.0  #: the last centimetres to the goal pose
+    success: float = 4.0  #: reward of an episode that succeeds
+    accuracy: float = 0.6  #: fraction of ``success`` that depends on how exact the delivery is
+    strayed: float = 4.0  #: penalty for leaving the arena
+    time: float = 0.05  #: penalty of a second
+    effort: float = 0.001  #: penalty of a second at full thrust
+    collision: float = 0.01  #: penalty of a second in contact with another boat or a wall
 
     def __post_init__(self) -> None:
         for f in fields(self):

@@ -16,8 +16,8 @@ from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.tasks.termination import hold_ticks
 from asv_env.types import Bool, Float, Observation, State
 
-REACH = 1.5  # bound of positions, arena half-widths: hulls may hang over the arena's edge
-FASTEST = 4.0  # bound of velocities, full tracking actions
+REACH = 1.5  #: bound of positions, arena half-widths: hulls may hang over the arena's edge
+FASTEST = 4.0  #: bound of velocities, full tracking actions
 POSE_BOUND = (REACH, REACH, 1.0, 1.0)
 MOTION_BOUND = (*POSE_BOUND, FASTEST, FASTEST, FASTEST)
 
@@ -26,10 +26,10 @@ MOTION_BOUND = (*POSE_BOUND, FASTEST, FASTEST, FASTEST)
 class Part:
     """A part of the global state."""
 
-    name: str  # what it describes
-    bound: tuple[float, ...]  # largest magnitude of each of its values, which are clipped to it
-    values: Callable[[State, EnvParams], Float | Bool]  # to (W, n, values), scaled
-    per_boat: bool = False  # whether n is the number of boats, not 1
+    name: str  #: what it describes
+    bound: tuple[float, ...]  #: largest magnitude of each of its values, which are clipped to it
+    values: Callable[[State, EnvParams], Float | Bool]  #: to (W, n, values), scaled
+    per_boat: bool = False  #: whether n is the number of boats, not 1
 
 
 def _pose(pose: Float, params: EnvParams) -> list[Float]:

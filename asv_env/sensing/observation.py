@@ -20,14 +20,14 @@ from asv_env.sensing.view import NEIGHBOURS, View, nearest_boats
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Float, Observation, Sensed
 
-FAR = 15.0  # largest distance in an observation, vessel lengths: more than the arena's diagonal
-FAST = 4.0  # largest speed in an observation, full speeds and full yaw rates of a boat
-FINE = 0.1  # distance at which magnified features saturate, m
-FINE_ANGLE = 0.1  # angle at which magnified features saturate, rad
-FINE_SPEED = 0.04  # speed of the vessel at which magnified features saturate, m/s
-FINE_YAW_RATE = 0.15  # yaw rate of the vessel at which magnified features saturate, rad/s
-VERSION = 2  # version of what the features mean; it grows wherever a trained policy would be misled
-LENGTH = None  # scale of features in vessel lengths
+FAR = 15.0  #: largest distance in an observation, vessel lengths: more than the arena's diagonal
+FAST = 4.0  #: largest speed in an observation, full speeds and full yaw rates of a boat
+FINE = 0.1  #: distance at which magnified features saturate, m
+FINE_ANGLE = 0.1  #: angle at which magnified features saturate, rad
+FINE_SPEED = 0.04  #: speed of the vessel at which magnified features saturate, m/s
+FINE_YAW_RATE = 0.15  #: yaw rate of the vessel at which magnified features saturate, rad/s
+VERSION = 2  #: of what features mean; grows where a trained policy would be misled
+LENGTH = None  #: scale of features in vessel lengths
 Value = Callable[[View], np.ndarray]
 """From a view to (W, A) or (W, 1) for one column, complex x + iy for two, or (W, A, n) for n."""
 
@@ -37,10 +37,10 @@ class Feature:
     """A feature of an observation, of one or several columns."""
 
     name: str
-    value: Value  # computes it, SI units
-    scale: tuple[float | None, ...]  # divisor of each column; ``LENGTH`` is the vessel's length
-    bound: tuple[float, ...]  # to which the scaled columns are clipped, on both sides
-    columns: tuple[str, ...] = ()  # names of the columns, where they are not the feature's
+    value: Value  #: computes it, SI units
+    scale: tuple[float | None, ...]  #: divisor of each column; ``LENGTH`` is the vessel's length
+    bound: tuple[float, ...]  #: to which the scaled columns are clipped, on both sides
+    columns: tuple[str, ...] = ()  #: names of the columns, where they are not the feature's
 
 
 def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:
@@ -134,8 +134,8 @@ def bounds(features: tuple[Feature, ...]) -> Observation:
     return np.array([bound for one in features for bound in one.bound], dtype=np.float32)
 
 
-NAMES = column_names(DEFAULT)  # (K,) names of the columns of the default observation
-BOUND = bounds(DEFAULT)  # (K,) largest magnitudes of the columns of the default observation
+NAMES = column_names(DEFAULT)  #: (K,) names of the columns of the default observation
+BOUND = bounds(DEFAULT)  #: (K,) largest magnitudes of the columns of the default observation
 
 
 def observe(

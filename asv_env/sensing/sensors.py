@@ -14,8 +14,8 @@ from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.types import Float
 
-BLOCK = 64  # ticks of noise drawn from a world's Generator at a time
-NO_NOISE = 1e-9  # standard deviation that stands for an exact measurement in the filter's equations
+BLOCK = 64  #: ticks of noise drawn from a world's Generator at a time
+NO_NOISE = 1e-9  #: standard deviation that stands for an exact measurement
 
 
 class Sensors:

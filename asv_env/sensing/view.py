@@ -10,21 +10,21 @@ from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Sensed
 
-NEIGHBOURS = 4  # number of boats that a boat observes
+NEIGHBOURS = 4  #: number of boats that a boat observes
 
 
 @dataclass
 class View:
     """What features are computed from."""
 
-    sensed: Sensed  # what the boats measure
-    relations: Relations  # relations of the estimate
-    to_boat: Complex  # (W, A) factors that turn vectors of the world into the boats' frames
-    to_vessel: Complex  # (W, 1) factors that turn vectors of the world into the vessel's frame
-    slot: Complex  # (W, A) vector from each boat to its slot, in the boat's frame, m
-    slots_occupied: Float  # (W,) fraction of the working boats that occupy their slots
-    inverse_team: Float  # (W,) one over the number of working boats
-    inverse_length: Float  # (1, 1) one over the vessel's length, 1/m
+    sensed: Sensed  #: what the boats measure
+    relations: Relations  #: relations of the estimate
+    to_boat: Complex  #: (W, A) factors that turn vectors of the world into the boats' frames
+    to_vessel: Complex  #: (W, 1) factors that turn vectors of the world into the vessel's frame
+    slot: Complex  #: (W, A) vector from each boat to its slot, in the boat's frame, m
+    slots_occupied: Float  #: (W,) fraction of the working boats that occupy their slots
+    inverse_team: Float  #: (W,) one over the number of working boats
+    inverse_length: Float  #: (1, 1) one over the vessel's length, 1/m
 
     @classmethod
     def of(cls, sensed: Sensed, relations: Relations, occupied: Bool, params: EnvParams) -> Self:

@@ -14,7 +14,7 @@ from asv_env.geometry import direction, plane
 from asv_env.params import SMALLEST_CAGE, EnvParams, TaskParams
 from asv_env.types import Bool, Complex, Float
 
-CLOSURE_LOST = 2.0  # distance of a boat from its slot at which closure is lost, slot tolerances
+CLOSURE_LOST = 2.0  #: distance of a boat from its slot at which closure is lost, slot tolerances
 
 
 def slots(params: EnvParams, team: int) -> Complex:
@@ -65,19 +65,19 @@ def assign_slots(params: EnvParams, motion: Float, working: Bool, side: Float | 
 class Relations:
     """Relations of vessel, boats, slots and goal, derived from a motion."""
 
-    position: Complex  # (W, B) of the bodies, world frame, m
-    velocity: Complex  # (W, B) of the bodies, world frame, m/s
-    heading: Complex  # (W, B) unit vectors along the hulls, world frame
-    yaw_rate: Float  # (W, B) of the bodies, rad/s
-    boat: Complex  # (W, A) positions of the boats, vessel frame, m
-    slot_gap: Complex  # (W, A) vector from each boat to its slot, vessel frame, m
-    slot_error: Float  # (W, A) distance of each boat to its slot, m
-    alignment: Complex  # (W, A) direction of each boat relative to that of its slot, unit vectors
-    slip: Complex  # (W, A) velocity of each boat relative to the hull, world frame, m/s
-    goal: Complex  # (W,) position of the goal, vessel frame, m
-    goal_turn: Complex  # (W,) direction of the goal relative to that of the vessel, unit vectors
-    goal_error: Float  # (W,) distance of the vessel to the goal, m
-    heading_error: Float  # (W,) heading of the vessel minus that of the goal, rad
+    position: Complex  #: (W, B) of the bodies, world frame, m
+    velocity: Complex  #: (W, B) of the bodies, world frame, m/s
+    heading: Complex  #: (W, B) unit vectors along the hulls, world frame
+    yaw_rate: Float  #: (W, B) of the bodies, rad/s
+    boat: Complex  #: (W, A) positions of the boats, vessel frame, m
+    slot_gap: Complex  #: (W, A) vector from each boat to its slot, vessel frame, m
+    slot_error: Float  #: (W, A) distance of each boat to its slot, m
+    alignment: Complex  #: (W, A) direction of each boat relative to that of its slot, unit vectors
+    slip: Complex  #: (W, A) velocity of each boat relative to the hull, world frame, m/s
+    goal: Complex  #: (W,) position of the goal, vessel frame, m
+    goal_turn: Complex  #: (W,) direction of the goal relative to that of the vessel, unit vectors
+    goal_error: Float  #: (W,) distance of the vessel to the goal, m
+    heading_error: Float  #: (W,) heading of the vessel minus that of the goal, rad
 
 
 def relate(motion: Float, goal: Float, slot: Complex, side: Float) -> Relations:

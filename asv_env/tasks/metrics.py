@@ -9,22 +9,22 @@ from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Ending, Float, Int, State
 
-NEVER = -1  # tick of an event that has not come
+NEVER = -1  #: tick of an event that has not come
 
 
 @dataclass
 class Tallies:
     """Running totals of the episodes, by world."""
 
-    closure_tick: Int  # (W,) at which closure was first formed, or NEVER
-    arrival_tick: Int  # (W, A) at which each boat first occupied its slot, or NEVER
-    closure_lost: Int  # (W,) number of times that closure was lost
-    min_position_error: Float  # (W,) smallest distance of the vessel to its goal, m
-    heading_error_at_min: Float  # (W,) signed heading error at that instant, rad
-    path_length: Float  # (W,) length of the path of the vessel's centre, m
-    effort: Float  # (W,) time at full thrust, averaged over all motors, s
-    collisions: Int  # (W,) number of times that a boat began to touch a boat or a wall
-    episode_return: Float  # (W,) sum over the ticks of the boats' mean reward
+    closure_tick: Int  #: (W,) at which closure was first formed, or NEVER
+    arrival_tick: Int  #: (W, A) at which each boat first occupied its slot, or NEVER
+    closure_lost: Int  #: (W,) number of times that closure was lost
+    min_position_error: Float  #: (W,) smallest distance of the vessel to its goal, m
+    heading_error_at_min: Float  #: (W,) signed heading error at that instant, rad
+    path_length: Float  #: (W,) length of the path of the vessel's centre, m
+    effort: Float  #: (W,) time at full thrust, averaged over all motors, s
+    collisions: Int  #: (W,) number of times that a boat began to touch a boat or a wall
+    episode_return: Float  #: (W,) sum over the ticks of the boats' mean reward
 
 
 def fresh(relations: Relations, state: State) -> Tallies:

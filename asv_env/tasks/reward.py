@@ -17,21 +17,21 @@ from asv_env.types import Ending, Float, State
 
 HEADING_WEIGHT = 0.25
 """Distance that costs as much as a turn of the vessel by 1 rad, m at the nominal size."""
-SIDEWAYS = 4.0  # cost of a metre that the vessel moves without turning first, m
-GAUSSIAN = (0.08, 0.2)  # width of the Gaussian of precision, m at the nominal size and rad
+SIDEWAYS = 4.0  #: cost of a metre that the vessel moves without turning first, m
+GAUSSIAN = (0.08, 0.2)  #: width of the Gaussian of precision, m at the nominal size and rad
 NARROW_GAUSSIAN = (0.02, 0.05)
 """Width of the Gaussian of a delivery's accuracy, m at the nominal size and rad."""
-LARGEST_STEP = 1.0  # bound on the rise of a potential in one tick
+LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
 
 
 @dataclass
 class Transition:
     """One control tick, from which the terms are computed."""
 
-    relations: Relations  # true, after the tick
-    previous: State  # true state before the tick
-    state: State  # true state after the tick
-    ending: Ending  # how the worlds stand after the tick
+    relations: Relations  #: true, after the tick
+    previous: State  #: true state before the tick
+    state: State  #: true state after the tick
+    ending: Ending  #: how the worlds stand after the tick
     params: EnvParams
 
     @property
@@ -48,11 +48,11 @@ Potential = Callable[[Relations, State, EnvParams], Float]
 class Term:
     """One row of a table of rewards: a function of the transition, or the rise of a potential."""
 
-    name: str  # under which the term is reported
-    value: Callable[[Transition], Float] | None = None  # to values (W,), or (W, A) if not shared
-    potential: Potential | None = None  # whose rise, at most ``LARGEST_STEP``, is the value
-    weight: float | str = 1.0  # factor on the value, or the field of ``RewardParams`` that holds it
-    shared: bool = True  # whether all boats of a world get the same value
+    name: str  #: under which the term is reported
+    value: Callable[[Transition], Float] | None = None  #: to values (W,), or (W, A) if not shared
+    potential: Potential | None = None  #: whose rise, at most ``LARGEST_STEP``, is the value
+    weight: float | str = 1.0  #: factor, or the field of ``RewardParams`` that holds it
+    shared: bool = True  #: whether all boats of a world get the same value
 
     def __post_init__(self) -> None:
         if (self.value is None) == (self.potential is None):

@@ -8,8 +8,8 @@ from asv_env.params import EnvParams
 from asv_env.tasks import formation
 from asv_env.types import Complex, Float, InitialState, Int
 
-PUSH_GAP = 1e-3  # gap between bows and vessel at first in Push, m: no contact before the first step
-TRIES = 10_000  # places that are tried before a distribution is found to be empty
+PUSH_GAP = 1e-3  #: first gap between bows and vessel in Push, m: no contact yet
+TRIES = 10_000  #: places that are tried before a distribution is found to be empty
 
 
 def sample(params: EnvParams, rng: np.random.Generator, goal: Float | None = None) -> InitialState:

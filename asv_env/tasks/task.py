@@ -36,24 +36,24 @@ Cause = Callable[[Mapping[str, Any], EnvParams], str]
 class Metric:
     """A number that is reported at the end of an episode, beside those of ``metrics.summary``."""
 
-    name: str  # key in ``info``
-    value: Callable[[State, Relations, EnvParams], Float | Bool]  # to values (W,)
+    name: str  #: key in ``info``
+    value: Callable[[State, Relations, EnvParams], Float | Bool]  #: to values (W,)
 
 
 @dataclass(frozen=True)
 class Task:
     """A task: data and pure functions, no state."""
 
-    name: str  # in tables, and in the registry ``asv_env.tasks.TASKS``
+    name: str  #: in tables, and in the registry ``asv_env.tasks.TASKS``
     initial_states: InitialStates
-    reward: tuple[Term, ...]  # table of reward terms
+    reward: tuple[Term, ...]  #: table of reward terms
     success: Success
-    cause: Cause  # why an episode failed, as tables name it
-    metrics: tuple[Metric, ...] = ()  # metrics of the task's own
-    not_applicable: tuple[str, ...] = ()  # columns of an episode's row that mean nothing here
-    time_limit: float = 180.0  # for a vessel of nominal length, s
-    starts_grasped: bool = False  # whether episodes begin in closure, the boats in their slots
-    has_goal: bool = True  # whether the vessel is to be brought to a goal pose
+    cause: Cause  #: why an episode failed, as tables name it
+    metrics: tuple[Metric, ...] = ()  #: metrics of the task's own
+    not_applicable: tuple[str, ...] = ()  #: columns of an episode's row that mean nothing here
+    time_limit: float = 180.0  #: for a vessel of nominal length, s
+    starts_grasped: bool = False  #: whether episodes begin in closure, the boats in their slots
+    has_goal: bool = True  #: whether the vessel is to be brought to a goal pose
 
     def __post_init__(self) -> None:
         names = [term.name for term in self.reward]

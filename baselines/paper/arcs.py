@@ -46,9 +46,9 @@ class ArcPath:
         ValueError: a number is not finite, a length is negative, or the shapes do not fit.
     """
 
-    start: Float  # (..., 3) m, m, rad
-    curvature: Float  # (..., n) 1/m, signed; 0 is straight
-    length: Float  # (..., n) m, >= 0
+    start: Float  #: (..., 3) m, m, rad
+    curvature: Float  #: (..., n) 1/m, signed; 0 is straight
+    length: Float  #: (..., n) m, >= 0
 
     def __post_init__(self) -> None:
         start = finite_poses("start", self.start)

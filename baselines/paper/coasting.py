@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from asv_env.params import HullParams
 from asv_env.types import Float
 
-LARGEST_EXPONENT = 100.0  # bound of the exponent, so that speeds are finite for any distance
+LARGEST_EXPONENT = 100.0  #: bound of the exponent, so that speeds are finite for any distance
 Velocity = TypeVar("Velocity", float, Float)
 
 

@@ -13,7 +13,7 @@ from asv_env.types import Float
 from baselines.paper.arcs import ArcPath, pick
 from baselines.paper.inputs import finite_poses, positive
 
-ROUNDING = 1e-13  # relative, of lengths and turns
+ROUNDING = 1e-13  #: relative, of lengths and turns
 # First and last side of LSL RSR LSR RSL, outer side of LRL RLR; +1 is left.
 _CSC_SIDES = (np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, -1.0, -1.0, 1.0]))
 _CCC_SIDES = np.array([1.0, -1.0])

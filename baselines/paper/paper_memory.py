@@ -6,25 +6,25 @@ import numpy as np
 
 from asv_env.types import Bool, Complex, Float, Int
 
-FAR_AWAY = 1e6  # distance of the circle's centre before any arc is planned, m
+FAR_AWAY = 1e6  #: distance of the circle's centre before any arc is planned, m
 
 
 @dataclass
 class Memory:
     """State of the controller; every array has the worlds as its first axis."""
 
-    target: Complex  # (W, A) slot assigned to each boat, vessel frame, m; NaN before the first
-    turn_direction: Int  # (W, A) D of each boat for that target
-    pushing: Bool  # (W,) whether the push has begun
-    motors_off: Bool  # (W,) whether the motors are off for good
-    goal: Complex  # (W,) position where the arcs end, m
-    centre: Complex  # (W, 2) centres of the two circles, m
-    rho: Float  # (W, 2) positions of the centres along the vessel's +x axis, m
-    length: Float  # (W, 2) lengths of the arcs, m
-    arc: Int  # (W,) index of the arc that the vessel is on, 0 or 1
-    travelled: Float  # (W,) path length round the first centre, m
-    last_position: Complex  # (W,) position of the vessel at the last tick, m
-    wheels: Float  # (W, A, 2) left and right wheel speed commanded at the last tick, m/s
+    target: Complex  #: (W, A) slot assigned to each boat, vessel frame, m; NaN before the first
+    turn_direction: Int  #: (W, A) D of each boat for that target
+    pushing: Bool  #: (W,) whether the push has begun
+    motors_off: Bool  #: (W,) whether the motors are off for good
+    goal: Complex  #: (W,) position where the arcs end, m
+    centre: Complex  #: (W, 2) centres of the two circles, m
+    rho: Float  #: (W, 2) positions of the centres along the vessel's +x axis, m
+    length: Float  #: (W, 2) lengths of the arcs, m
+    arc: Int  #: (W,) index of the arc that the vessel is on, 0 or 1
+    travelled: Float  #: (W,) path length round the first centre, m
+    last_position: Complex  #: (W,) position of the vessel at the last tick, m
+    wheels: Float  #: (W, A, 2) left and right wheel speed commanded at the last tick, m/s
 
 
 def blank_memory(worlds: int, team: int) -> Memory:

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 ARRIVAL_TIME = {"tracking": 80.0, "thrusters": 30.0}
 """T_goal of the paper's experiment and of its simulation, s, for a vessel of 0.40 m."""
-IN_RANGE = 0.20  # distance of the vessel to the goal at which the motors are turned off, m
-MEAN_SPEEDS = (0.02, 0.10)  # bounds of the vessel's mean speed, m/s, whatever its drag
+IN_RANGE = 0.20  #: distance of the vessel to the goal at which the motors are turned off, m
+MEAN_SPEEDS = (0.02, 0.10)  #: bounds of the vessel's mean speed, m/s, whatever its drag
 PAPER_GOAL = (0.55, -0.95, 0.1)
 """Goal pose of the paper's experiment, relative to the vessel at closure, m, m, rad."""
-PAPER_TRIALS = 12  # number of trials of the paper's experiment in the tank, Sec. IV-B
+PAPER_TRIALS = 12  #: number of trials of the paper's experiment in the tank, Sec. IV-B
 PAPER_POSITION = (4.88, 1.8)
 """Mean and standard deviation over the trials of the smallest distance to the goal, cm."""
 PAPER_HEADING = (-0.26, 0.44)
@@ -25,13 +25,13 @@ class PaperGains:
     circle, with more `vessel_yaw` it swings.
     """
 
-    sigma: float = 1.0  # decay of the spiral (Eq 2), rad; 1 in the paper's experiment
-    steering: float = 2.0  # K = 2 beta / b of Eq (3): yaw rate for the heading error, 1/s
-    max_speed: float = 0.04  # largest speed on the approach, m/s
-    vessel_yaw: float = 0.5  # yaw rate of the vessel for its angle to the centre of the circle, 1/s
-    cross_track: float = 0.04  # distance off circle or place for which boats turn by 1 rad, m
-    max_yaw_offset: float = 0.5  # largest such turn, rad
-    keep_up: float = 0.5  # speed of end boats for their distance behind the vessel, 1/s
+    sigma: float = 1.0  #: decay of the spiral (Eq 2), rad; 1 in the paper's experiment
+    steering: float = 2.0  #: K = 2 beta / b of Eq (3): yaw rate for the heading error, 1/s
+    max_speed: float = 0.04  #: largest speed on the approach, m/s
+    vessel_yaw: float = 0.5  #: yaw rate for the angle to the centre of the circle, 1/s
+    cross_track: float = 0.04  #: distance off circle or place for which boats turn by 1 rad, m
+    max_yaw_offset: float = 0.5  #: largest such turn, rad
+    keep_up: float = 0.5  #: speed of end boats for their distance behind the vessel, 1/s
 
 
-GAINS = PaperGains()  # the gains by default
+GAINS = PaperGains()  #: the gains by default

@@ -35,10 +35,10 @@ def nearest(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Compl
 class Steering(NamedTuple):
     """Arguments of Eq (3) for boats (W, A) that go round a point; angles in the vessel's frame."""
 
-    alpha: Float  # rad, direction in which the point sees the boat
-    turn_direction: Int | Bool  # D, 0 clockwise or 1 counter-clockwise
-    phi: Float  # rad, angle between the heading and the point
-    speed: Float  # m/s
+    alpha: Float  #: rad, direction in which the point sees the boat
+    turn_direction: Int | Bool  #: D, 0 clockwise or 1 counter-clockwise
+    phi: Float  #: rad, angle between the heading and the point
+    speed: Float  #: m/s
 
 
 def approach_steering(

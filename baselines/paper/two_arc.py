@@ -19,10 +19,10 @@ from asv_env.types import Float
 from baselines.paper.arcs import ArcPath, pick
 from baselines.paper.inputs import finite, finite_poses, positive
 
-ROUNDING = 1e-12  # relative; below it lengths and angles are rounding errors
-SPOT_RADIUS = 1e-12  # m, stands for radius 0
-LEAST_DETOUR_TURN = 1e-9  # rad, where the limit of an infinite detour is cut off
-TOLERANCE = 1e-9  # relative on radii, and rad on turns too small to count
+ROUNDING = 1e-12  #: relative; below it lengths and angles are rounding errors
+SPOT_RADIUS = 1e-12  #: m, stands for radius 0
+LEAST_DETOUR_TURN = 1e-9  #: rad, where the limit of an infinite detour is cut off
+TOLERANCE = 1e-9  #: relative on radii, and rad on turns too small to count
 
 
 def plan(goal: ArrayLike, alpha1: ArrayLike) -> ArcPath:

@@ -31,9 +31,9 @@ BOTH = f"{SIMULATION}; next to it the paper's own numbers from its tank experime
 class Job:
     """Options on which the numbers depend."""
 
-    seed: int  # of the first episode; episode k has the seed plus k
-    trials: int  # number of episodes of Figs. 6 to 10; the paper has 12
-    episodes: int  # number of episodes in each condition of the tables
+    seed: int  #: of the first episode; episode k has the seed plus k
+    trials: int  #: number of episodes of Figs. 6 to 10; the paper has 12
+    episodes: int  #: number of episodes in each condition of the tables
 
     def seeds(self, number: int) -> range:
         """Returns the seeds of the first ``number`` episodes."""
@@ -46,9 +46,9 @@ class Artefact(ABC):
 
     suffixes: ClassVar[tuple[str, ...]]
 
-    make: Callable[..., Any]  # from the job and the studies needed to what ``save`` saves
-    source: str  # where its numbers come from
-    needs: tuple[str, ...] = ()  # studies whose results it takes
+    make: Callable[..., Any]  #: from the job and the studies needed to what ``save`` saves
+    source: str  #: where its numbers come from
+    needs: tuple[str, ...] = ()  #: studies whose results it takes
 
     def files(self, name: str) -> list[str]:
         """Returns the names of its files."""

@@ -22,11 +22,11 @@ from baselines.reproduce.paper_environments import before_closure, experiment, r
 from baselines.reproduce.single_runs import noisy_paper
 from baselines.rollout.episodes import PoseLog
 
-ARC = np.pi / 2  # turn of the arcs about the pivot, rad
-OBSERVED_TURN = 1.0  # first part of that turn, over which the boat at the pivot is observed, rad
-WIDER = 3.0  # radius of the wide arc, in radii of the narrow one
-FAILURE_TIME = (0.1, 0.1)  # interval of the time at which a boat dies, s: the first control tick
-THIN = 5  # only every so many poses of a log are searched for crossings
+ARC = np.pi / 2  #: turn of the arcs about the pivot, rad
+OBSERVED_TURN = 1.0  #: first part of that turn, over which the boat at the pivot is observed, rad
+WIDER = 3.0  #: radius of the wide arc, in radii of the narrow one
+FAILURE_TIME = (0.1, 0.1)  #: interval of the time at which a boat dies, s: the first control tick
+THIN = 5  #: only every so many poses of a log are searched for crossings
 STATEMENTS = {
     "equal mass": "The sum of the boats' weights equals the vessel's weight, which prevents early "
     "boats from turning the vessel (Sec. III-C). Ten boats with the noise of Fig. 6.",

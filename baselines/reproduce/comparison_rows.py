@@ -12,7 +12,7 @@ Column = Sequence[float | None]
 """Values of a measure, one an episode; None where it does not apply."""
 Values = Mapping[str, Mapping[str, Column]]
 """Values by condition and measure."""
-RATES = ("delivered", "closure reached")  # measures that are 1 for a success and 0 for a failure
+RATES = ("delivered", "closure reached")  #: measures that are 1 for a success and 0 for a failure
 
 
 def describe(values: Column) -> dict[str, float | None]:

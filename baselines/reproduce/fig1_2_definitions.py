@@ -16,10 +16,10 @@ from baselines.reproduce import sketch, style
 from baselines.reproduce.artefact import Job
 from baselines.reproduce.fig3_4_approach import spiral_points
 
-ALPHA1 = 1.0  # turn of the first arc in the paper, rad
-SIGMA = 1.0  # decay of the spiral in the paper's experiment, rad
-EXAMPLE_BOAT = (0.72, -0.26)  # position of the boat in Fig. 2, m
-EXAMPLE_RADIUS = 0.45  # distance of the centre of rotation of Fig. 1 from the vessel's, m
+ALPHA1 = 1.0  #: turn of the first arc in the paper, rad
+SIGMA = 1.0  #: decay of the spiral in the paper's experiment, rad
+EXAMPLE_BOAT = (0.72, -0.26)  #: position of the boat in Fig. 2, m
+EXAMPLE_RADIUS = 0.45  #: distance of the centre of rotation of Fig. 1 from the vessel's, m
 
 
 def closure(job: Job) -> Figure:

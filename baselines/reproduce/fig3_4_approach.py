@@ -24,12 +24,12 @@ from baselines.reproduce.artefact import Job
 
 SIGMAS = ((1.0, r"$\sigma = 1$"), (np.sqrt(0.5), r"$\sigma^2 = 1/2$"))
 """Sigma of the paper's experiment and of its Fig. 4, rad, and how it is written."""
-SWARM = 10  # number of agents
-DURATION = 10.0  # time over which Fig. 4 follows the swarm, s; the paper's T
-DT = 0.02  # time step of the model, s
-ENSEMBLE = 1000  # number of swarms in the ensemble with noise
-NOISE_R = 0.02  # noise of the distance in the ensemble, m / sqrt(s); the paper gives none
-NOISE_ALPHA = 0.1  # noise of the angle in the ensemble, rad / sqrt(s); the paper gives none
+SWARM = 10  #: number of agents
+DURATION = 10.0  #: time over which Fig. 4 follows the swarm, s; the paper's T
+DT = 0.02  #: time step of the model, s
+ENSEMBLE = 1000  #: number of swarms in the ensemble with noise
+NOISE_R = 0.02  #: noise of the distance in the ensemble, m / sqrt(s); the paper gives none
+NOISE_ALPHA = 0.1  #: noise of the angle in the ensemble, rad / sqrt(s); the paper gives none
 
 
 def radius(theta: Float, sigma: float) -> Float:

@@ -18,12 +18,12 @@ from baselines.reproduce import sketch, style
 from baselines.reproduce.artefact import Job
 from baselines.reproduce.fig1_2_definitions import ALPHA1
 
-CORRECTED_GOAL = (0.0, 0.3, 1.6)  # goal (m, m, rad) for which alpha_1 = 1 has to be corrected
+CORRECTED_GOAL = (0.0, 0.3, 1.6)  #: goal (m, m, rad) for which alpha_1 = 1 has to be corrected
 HEADINGS = ((0.1, "0.1"), (np.pi / 4, r"\pi/4"), (np.pi / 2, r"\pi/2"), (np.pi, r"\pi"))
 """Final headings of the maps, rad, and how they are written."""
-REACH = 1.5  # half the side of the maps, m
-CELLS = 150  # number of cells along each side of the maps
-LONGEST = 10.0  # ratio of the length to the Dubins length at which the colours of the maps end
+REACH = 1.5  #: half the side of the maps, m
+CELLS = 150  #: number of cells along each side of the maps
+LONGEST = 10.0  #: ratio of the length to the Dubins length at which the colours of the maps end
 
 
 def correction(job: Job) -> Figure:

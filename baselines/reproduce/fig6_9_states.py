@@ -15,7 +15,7 @@ from baselines.reproduce.artefact import Job
 from baselines.reproduce.paper_environments import experiment, simulation
 from baselines.reproduce.single_runs import GOALS, Run
 
-FAR = 1.5  # distance from the vessel beyond which the centre of a circle is left out, m
+FAR = 1.5  #: distance from the vessel beyond which the centre of a circle is left out, m
 
 
 def simulation_states(job: Job, study: dict[str, Any]) -> Figure:

@@ -14,7 +14,7 @@ from baselines.policy import MakePolicy
 from baselines.rollout import runner
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
-WORLDS = 48  # number of worlds that are simulated side by side
+WORLDS = 48  #: number of worlds that are simulated side by side
 
 
 def experiment(task: str = "transport", scenario: str = "nominal", **options: Any) -> EnvParams:

@@ -25,8 +25,8 @@ from baselines.scripted.scripted_policy import ScriptedPolicy
 
 Planner = Callable[[Float, float], ArcPath]
 """Function from goals (W, 3) in the vessel's frame and the least radius, m, to paths."""
-GOALS = 400  # number of goals of the comparison by geometry; the first of them are also driven to
-TIME = 240.0  # time limit, s: detours take longer than the task's own
+GOALS = 400  #: number of goals of the comparison by geometry; the first of them are also driven to
+TIME = 240.0  #: time limit, s: detours take longer than the task's own
 SCENARIOS = ("nominal", "noisy")
 MEASURES = {
     "delivered": ("success", 1.0),

@@ -21,7 +21,7 @@ VARIANCE = 0.05
 """Variance of the paper's noise, which has no unit there: rad^2 for angles, cm^2 for x and y."""
 GOALS = (PAPER_GOAL, (0.6, 0.7, -1.6))
 """Goals of Fig. 7, m, m, rad: one below the vessel and one in y > 0."""
-PER_SECOND = 5  # number of poses that are kept of a log in each second
+PER_SECOND = 5  #: number of poses that are kept of a log in each second
 
 
 class NoisyPoses:
@@ -107,11 +107,11 @@ def _smallest_distance(log: PoseLog) -> float:
 class Run:
     """A run of a study, ready to be drawn."""
 
-    times: Float  # (T,) s
-    poses: Float  # (T, B, 3) m, m, rad
-    goal: Float  # (3,) m, m, rad
-    closure: int  # index of the first pose with closure; the last pose if there is none
-    path: ArcPath | None  # planned at closure; None without closure
+    times: Float  #: (T,) s
+    poses: Float  #: (T, B, 3) m, m, rad
+    goal: Float  #: (3,) m, m, rad
+    closure: int  #: index of the first pose with closure; the last pose if there is none
+    path: ArcPath | None  #: planned at closure; None without closure
 
     @classmethod
     def read(cls, study: dict[str, Any]) -> Self:

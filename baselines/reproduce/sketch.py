@@ -16,7 +16,7 @@ from baselines.evaluate.report import palette
 from baselines.paper.arcs import ArcPath
 from baselines.reproduce import style
 
-STEPS = 200  # number of points by which a path or an arc is drawn
+STEPS = 200  #: number of points by which a path or an arc is drawn
 
 
 def plane(axes: Axes, labels: bool = True) -> None:

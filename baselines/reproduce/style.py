@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from baselines.evaluate.report import palette
 
-COLUMN = 88.0  # width of one column of a journal, mm
-PAGE = 180.0  # width of two columns of a journal, mm
-INCH = 25.4  # length of an inch, mm
+COLUMN = 88.0  #: width of one column of a journal, mm
+PAGE = 180.0  #: width of two columns of a journal, mm
+INCH = 25.4  #: length of an inch, mm
 DPI = 200
 SUFFIXES = (".png", ".pdf")
 MAP = "viridis"
