@@ -29,14 +29,10 @@ from asv_env.types import Action, Bool, Int, Observation, Sensed
 from baselines.learned.network import Layers, Metadata, NetworkMemory, NetworkPolicy, observe
 from baselines.mirror import PushSide, PushSideSelector, goal_lateral_offset
 
-APPROACH, PUSH = range(2)
-"""States of a team."""
-NOTHING, START, RETRY, GO_ROUND = range(4)
-"""Events."""
-BEHIND = 0.1
-"""Distance on the team's side of the vessel beyond which a goal is behind, vessel lengths."""
-FAR = 2.0
-"""Distance from the vessel at which a boat is lost for a push, vessel lengths."""
+APPROACH, PUSH = range(2)  # states of a team
+NOTHING, START, RETRY, GO_ROUND = range(4)  # events
+BEHIND = 0.1  # distance on the team's side beyond which a goal is behind, vessel lengths
+FAR = 2.0  # distance from the vessel at which a boat is lost for a push, vessel lengths
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation
 from baselines.paper import dubins
 
-POSE_LOG_EVERY = 2
-"""Control ticks between two poses of a log."""
+POSE_LOG_EVERY = 2  # control ticks between two poses of a log
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ from asv_env.types import Action, Bool, Int, Observation, Sensed, State, TimeSte
 
 Act = Callable[[Sensed, Observation, Any, Bool], tuple[Action, Any]]
 """How a policy decides; see ``Policy.act``."""
-IDLE = -1
-"""Number of the episode of a world for which no seed is left."""
+IDLE = -1  # number of the episode of a world for which no seed is left
 
 
 @dataclass(frozen=True)

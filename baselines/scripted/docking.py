@@ -16,18 +16,12 @@ from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Int, Sensed
 from baselines.scripted.gains import GraspGains
 
-MAX_SLOPE = 1.0
-"""Largest tangent of the angle between a docking boat's path and the line of its slot."""
-ASTERN_ALIGNMENT = 0.5
-"""Cosine of the angle to its slot's direction within which a boat may go straight astern."""
-ALIGNED = 0.9
-"""Cosine of the angle to its slot's direction within which a boat at its waypoint is aligned."""
-BELOW = 0.05
-"""Depth below its slot to which a boat still docks, m."""
-FUNNEL_WIDTH = 0.9
-"""Half-width of the funnel at the slot, fraction of the slot's tolerance."""
-MISSING = 1 / 3
-"""Fraction of boats that may miss their slots before all go back to their waypoints."""
+MAX_SLOPE = 1.0  # largest slope of a docking boat's path to the line of its slot
+ASTERN_ALIGNMENT = 0.5  # cosine of the heading error within which a boat may go astern
+ALIGNED = 0.9  # cosine of the heading error within which a boat at its waypoint is aligned
+BELOW = 0.05  # depth below its slot to which a boat still docks, m
+FUNNEL_WIDTH = 0.9  # half-width of the funnel at the slot, fraction of the slot's tolerance
+MISSING = 1 / 3  # fraction of boats that may miss their slots before all go back to their waypoints
 
 
 @dataclass

@@ -18,18 +18,12 @@ from asv_env.sensing.sensors import corrected, steady_gain
 from asv_env.types import Bool, Complex, Float, Sensed
 from baselines.paper.coasting import drag
 
-ACCELERATION = 0.01
-"""Standard deviation of the acceleration that the prediction misses, m/s^2."""
-YAW_ACCELERATION = 0.012
-"""Standard deviation of the yaw acceleration that it misses for a vessel of 0.40 m, rad/s^2."""
-FREE_ACCELERATION = 0.002
-"""Standard deviation of the acceleration missed where no boat touches the vessel, m/s^2."""
-DRIFT_WALK = 0.001
-"""Random walk of the current, m/s per root second."""
-LEAST_NOISE = 1e-6
-"""Floor of the measurement noise in the filter of the drift, m and m/s."""
-SLIP = 0.02
-"""Speed through the water at which the drag is linearised for the gain, m/s."""
+ACCELERATION = 0.01  # standard deviation of the acceleration not predicted, m/s^2
+YAW_ACCELERATION = 0.012  # standard deviation of the yaw acceleration, vessel of 0.40 m, rad/s^2
+FREE_ACCELERATION = 0.002  # standard deviation of the acceleration without contact, m/s^2
+DRIFT_WALK = 0.001  # random walk of the current, m/s per root second
+LEAST_NOISE = 1e-6  # floor of the measurement noise in the filter of the drift, m and m/s
+SLIP = 0.02  # speed through the water at which the drag is linearised for the gain, m/s
 
 
 @dataclass

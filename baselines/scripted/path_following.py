@@ -19,16 +19,11 @@ from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.lqr import PreviewLqr
 from baselines.scripted.planner import SEGMENTS, PathPlanner
 
-MAX_CROSS_TRACK = 0.2
-"""Saturation of the cross-track error, vessel lengths."""
-MAX_HEADING_ERROR = 0.7
-"""Saturation of the heading error, rad."""
-OFF_PATH = 0.75
-"""Cross-track error at which a new path is planned, vessel lengths."""
-PAST_GOAL = 0.1
-"""Path length beyond the goal at which a new path is planned, vessel lengths."""
-UNCAGED_HEADING = 0.1
-"""Tolerated heading error where no end boat keeps the vessel from skidding, rad."""
+MAX_CROSS_TRACK = 0.2  # saturation of the cross-track error, vessel lengths
+MAX_HEADING_ERROR = 0.7  # saturation of the heading error, rad
+OFF_PATH = 0.75  # cross-track error at which a new path is planned, vessel lengths
+PAST_GOAL = 0.1  # path length beyond the goal at which a new path is planned, vessel lengths
+UNCAGED_HEADING = 0.1  # tolerated heading error where no end boat prevents skidding, rad
 
 
 @dataclass

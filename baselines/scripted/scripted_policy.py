@@ -24,8 +24,7 @@ from baselines.scripted.path_following import PathMemory
 from baselines.scripted.planner import PathPlanner
 from baselines.scripted.push_controller import PushController
 
-LOST = 0.3
-"""Distance of a boat to its slot beyond which the grasp is lost, vessel lengths."""
+LOST = 0.3  # distance of a boat to its slot beyond which the grasp is lost, vessel lengths
 
 
 @dataclass
