@@ -104,12 +104,16 @@ def test_it_works_on_the_command_line_and_reaches_workers(mine, capsys):
     assert len(rows) == 2 * 2 * 2
 
 
-def test_it_works_in_training(mine):
-    worlds = "--task mine:STEADY --scenarios mine:MURKY --num-envs 2 --time-limit 2"
+@pytest.mark.parametrize("name", [name for name in OPTIONS if name != "hull"])
+def test_it_works_in_training(name, mine):
+    given = options(name, mine)
+    task, scenario = given.get("task", "push"), given.get("scenario", "nominal")
+    features = [one for one in given.get("observation", ["slot", "goal"]) if isinstance(one, str)]
+    worlds = f"--task {task} --scenarios {scenario} --num-envs 2 --time-limit 2"
     learner = "--num-steps 16 --hidden 8 --num-minibatches 1 --total-timesteps 128"
-    rest = "--imitation.rounds 0 --evaluation.episodes 2 --observation slot goal --out trained"
-    train_main(split(f"{worlds} {learner} {rest}"))
-    params = make_params(mine.STEADY, time_limit=1.0)
+    rest = "--imitation.rounds 0 --evaluation.episodes 2 --out trained --observation"
+    train_main([*split(f"{worlds} {learner} {rest}"), *features])
+    params = make_params(task, time_limit=1.0)
     own = compare({"own": "trained/best.npz"}, suite=params, episodes=1, workers=0)
     assert own.episodes["error"].isna().all()
 
