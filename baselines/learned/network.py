@@ -71,10 +71,10 @@ def _kind(task: Task) -> tuple[bool, bool]:
 class NetworkMemory:
     """What a network policy remembers from one control tick to the next."""
 
-    action: Action  # (W, A, 2) latest action of the network
-    ticks: Int  # (W,) control ticks since the network decided
-    scripted: Any = None  # memory of the scripted policy that is corrected, if one is
-    push_side: PushSide | None = None  # sides of the teams, for mirror images
+    action: Action  #: (W, A, 2) latest action of the network
+    ticks: Int  #: (W,) control ticks since the network decided
+    scripted: Any = None  #: memory of the scripted policy that is corrected, if one is
+    push_side: PushSide | None = None  #: sides of the teams, for mirror images
 
 
 class NetworkPolicy:

@@ -29,10 +29,10 @@ from asv_env.types import Action, Bool, Int, Observation, Sensed
 from baselines.learned.network import Layers, Metadata, NetworkMemory, NetworkPolicy, observe
 from baselines.mirror import PushSide, PushSideSelector, goal_lateral_offset
 
-APPROACH, PUSH = range(2)  # states of a team
-NOTHING, START, RETRY, GO_ROUND = range(4)  # events
-BEHIND = 0.1  # distance on the team's side beyond which a goal is behind, vessel lengths
-FAR = 2.0  # distance from the vessel at which a boat is lost for a push, vessel lengths
+APPROACH, PUSH = range(2)  #: states of a team
+NOTHING, START, RETRY, GO_ROUND = range(4)  #: events
+BEHIND = 0.1  #: distance on the team's side beyond which a goal is behind, vessel lengths
+FAR = 2.0  #: distance from the vessel at which a boat is lost for a push, vessel lengths
 
 
 @dataclass(frozen=True)
@@ -41,17 +41,17 @@ class Phase:
 
     layers: Layers
     metadata: Metadata
-    patience: float | None = None  # until it is given up, s for a vessel of 0.40 m; None: for ever
-    team_size: int | None = None  # only teams of this size use it; None: all without their own
+    patience: float | None = None  #: until it is given up, s for a vessel of 0.40 m; None: for ever
+    team_size: int | None = None  #: only teams of this size use it; None: all without their own
 
 
 @dataclass
 class PhaseMemory:
     """What a phased policy remembers from one control tick to the next."""
 
-    state: Int  # (W,) state of each team
-    ticks: Int  # (W,) control ticks in this state
-    attempt: Int  # (W,) number of the attempt, from 0
+    state: Int  #: (W,) state of each team
+    ticks: Int  #: (W,) control ticks in this state
+    attempt: Int  #: (W,) number of the attempt, from 0
     push_side: PushSide | None
     networks: Sequence[NetworkMemory | None]
 

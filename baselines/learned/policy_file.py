@@ -29,7 +29,7 @@ from baselines.learned.phases import Phase, PhasedPolicy
 from baselines.policy import Policy
 
 FORMAT, SUFFIX = "asv-env policy 2", ".npz"
-UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError)  # exceptions that mean a damaged NPZ
+UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError)  #: exceptions that mean a damaged NPZ
 
 
 def save(path: Path, phases: Sequence[Phase], model_card: Mapping[str, Any]) -> None:

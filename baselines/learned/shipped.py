@@ -12,7 +12,7 @@ from asv_env.tasks.task import Task
 from baselines.learned import policy_file
 from baselines.policy import Policy
 
-FOLDER = Path(__file__).parent / "weights"  # folder of the policy files
+FOLDER = Path(__file__).parent / "weights"  #: folder of the policy files
 
 
 def file_for(task: Task) -> Path:

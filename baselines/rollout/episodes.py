@@ -8,7 +8,7 @@ from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation
 from baselines.paper import dubins
 
-POSE_LOG_EVERY = 2  # control ticks between two poses of a log
+POSE_LOG_EVERY = 2  #: control ticks between two poses of a log
 
 
 @dataclass(frozen=True)
@@ -16,8 +16,8 @@ class Label:
     """Names the run to which a row belongs."""
 
     policy: str
-    training_seed: int | None = None  # number of its training; None where there is one or none
-    condition: str = ""  # name of the condition in its suite
+    training_seed: int | None = None  #: number of its training; None where there is one or none
+    condition: str = ""  #: name of the condition in its suite
     scenario: str = "nominal"
 
 
@@ -31,26 +31,26 @@ class Episode:
     condition: str
     task: str
     scenario: str
-    num_boats: int  # team size
-    success: bool  # whether the task was done in time
-    cause: str | None  # cause of a failure; see ``CAUSES``
-    goal_x: float | None  # x of the goal in the vessel's initial frame, m
-    goal_y: float | None  # y of the goal in that frame, m
-    goal_heading: float | None  # heading of the goal in that frame, rad
-    position_error: float | None  # distance of the vessel from its goal at the end, m
-    heading_error: float | None  # signed heading error of the vessel at the end, rad
-    min_position_error: float | None  # smallest distance of the vessel from its goal, m
-    heading_error_at_min: float | None  # signed heading error at that instant, rad
-    time_to_closure: float | None  # time until all slots were occupied, s
-    closure_spread: float | None  # time from the first boat in its slot to the last, s
-    time_to_goal: float | None  # time until the delivery, s
-    duration: float  # duration of the episode, s
-    path_length_ratio: float | None  # path length of the vessel over that of the Dubins path
-    effort: float  # seconds of full thrust, averaged over the motors
-    collisions: int  # number of times that a boat began to touch another one or a wall
-    closure_lost: int  # number of times that closure was lost
-    episode_return: float  # sum of the team's mean reward
-    error: str | None  # what was wrong with the policy, where that ended the episode
+    num_boats: int  #: team size
+    success: bool  #: whether the task was done in time
+    cause: str | None  #: cause of a failure; see ``CAUSES``
+    goal_x: float | None  #: x of the goal in the vessel's initial frame, m
+    goal_y: float | None  #: y of the goal in that frame, m
+    goal_heading: float | None  #: heading of the goal in that frame, rad
+    position_error: float | None  #: distance of the vessel from its goal at the end, m
+    heading_error: float | None  #: signed heading error of the vessel at the end, rad
+    min_position_error: float | None  #: smallest distance of the vessel from its goal, m
+    heading_error_at_min: float | None  #: signed heading error at that instant, rad
+    time_to_closure: float | None  #: time until all slots were occupied, s
+    closure_spread: float | None  #: time from the first boat in its slot to the last, s
+    time_to_goal: float | None  #: time until the delivery, s
+    duration: float  #: duration of the episode, s
+    path_length_ratio: float | None  #: path length of the vessel over that of the Dubins path
+    effort: float  #: seconds of full thrust, averaged over the motors
+    collisions: int  #: number of times that a boat began to touch another one or a wall
+    closure_lost: int  #: number of times that closure was lost
+    episode_return: float  #: sum of the team's mean reward
+    error: str | None  #: what was wrong with the policy, where that ended the episode
 
 
 COLUMNS = tuple(f.name for f in fields(Episode))
@@ -68,13 +68,13 @@ off when it was nearest; it was there, but not at rest."""
 class Trajectory:
     """One episode of T steps, step by step."""
 
-    observation: Observation  # (T + 1, A, K) float32, that at the end included
-    action: Action  # (T, A, 2) float32 in [-1, 1]
-    reward: Float  # (T, A)
-    motion: Float  # (T + 1, B, 6) true motion; see ``State``
-    working: Bool  # (T + 1, A) whether a boat's thrusters work
-    goal: Float  # (T + 1, 3) m, m, rad
-    terminated: bool  # whether success or straying ended the episode, not the time limit
+    observation: Observation  #: (T + 1, A, K) float32, that at the end included
+    action: Action  #: (T, A, 2) float32 in [-1, 1]
+    reward: Float  #: (T, A)
+    motion: Float  #: (T + 1, B, 6) true motion; see ``State``
+    working: Bool  #: (T + 1, A) whether a boat's thrusters work
+    goal: Float  #: (T + 1, 3) m, m, rad
+    terminated: bool  #: whether success or straying ended the episode, not the time limit
 
 
 @dataclass(frozen=True)
@@ -82,10 +82,10 @@ class PoseLog:
     """Poses of the hulls in an episode, every ``POSE_LOG_EVERY`` control ticks and at the end."""
 
     episode: Episode
-    poses: Float  # (T, B, 3) x m, y m, heading rad, the vessel first
-    goal: Float  # (3,) pose, m, m, rad
-    failed_at: Float  # (A,) time at which a boat's thrusters died, s; inf never
-    trajectory: Trajectory | None = None  # all steps, where they are recorded
+    poses: Float  #: (T, B, 3) x m, y m, heading rad, the vessel first
+    goal: Float  #: (3,) pose, m, m, rad
+    failed_at: Float  #: (A,) time at which a boat's thrusters died, s; inf never
+    trajectory: Trajectory | None = None  #: all steps, where they are recorded
 
 
 def row(

@@ -11,10 +11,10 @@ from asv_env.types import State
 from baselines.policy import MakePolicy
 from baselines.rollout.loop import rollout
 
-EVERY = 4  # control ticks between two frames
-FPS = 20  # frames a second
-SIZE = (480, 480)  # width and height of a frame, px
-LAST = 30  # number of times that the last frame is shown
+EVERY = 4  #: control ticks between two frames
+FPS = 20  #: frames a second
+SIZE = (480, 480)  #: width and height of a frame, px
+LAST = 30  #: number of times that the last frame is shown
 
 
 def save(path: Path, make_policy: MakePolicy, params: EnvParams, seed: int) -> None:

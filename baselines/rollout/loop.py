@@ -12,20 +12,20 @@ from asv_env.types import Action, Bool, Int, Observation, Sensed, State, TimeSte
 
 Act = Callable[[Sensed, Observation, Any, Bool], tuple[Action, Any]]
 """How a policy decides; see ``Policy.act``."""
-IDLE = -1  # number of the episode of a world for which no seed is left
+IDLE = -1  #: number of the episode of a world for which no seed is left
 
 
 @dataclass(frozen=True)
 class Tick:
     """One control step of all worlds: what was, what was decided, and what came of it."""
 
-    state: State  # the truth before the step
-    observation: Observation  # (W, A, K) before the step
-    action: Action  # (W, A, 2) that was decided
-    memory: Any  # what the policy remembers of it
-    step: TimeStep  # what the step returned
-    episode: Int  # (W,) number of the seed whose episode a world runs; ``IDLE`` where none is left
-    over: Bool  # (W,) worlds that begin another episode next; set it to end further episodes
+    state: State  #: the truth before the step
+    observation: Observation  #: (W, A, K) before the step
+    action: Action  #: (W, A, 2) that was decided
+    memory: Any  #: what the policy remembers of it
+    step: TimeStep  #: what the step returned
+    episode: Int  #: (W,) number of the seed whose episode a world runs; ``IDLE`` where none is left
+    over: Bool  #: (W,) worlds that begin another episode next; set it to end further episodes
 
 
 def rollout(

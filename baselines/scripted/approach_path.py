@@ -19,10 +19,10 @@ from asv_env.types import Bool, Complex, Float, Int
 from baselines.paper import braitenberg, spiral
 from baselines.paper.inputs import positive
 
-OUTWARD_DEPTH = 0.05  # depth inside the circle from which on a boat heads straight outwards, m
-CIRCLE_MARGIN = 0.03  # gap from the corners of the hull and its clearance to the circle, m
-CAPTURE = 0.04  # distance at which a boat joins the line below its entry point, m
-TURNING_ROOM = 0.1  # room to turn in between the entry points and the circle, m
+OUTWARD_DEPTH = 0.05  #: depth inside the circle from which on a boat heads straight outwards, m
+CIRCLE_MARGIN = 0.03  #: gap from the corners of the hull and its clearance to the circle, m
+CAPTURE = 0.04  #: distance at which a boat joins the line below its entry point, m
+TURNING_ROOM = 0.1  #: room to turn in between the entry points and the circle, m
 
 
 class ApproachPath:

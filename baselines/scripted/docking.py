@@ -16,24 +16,24 @@ from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Int, Sensed
 from baselines.scripted.gains import GraspGains
 
-MAX_SLOPE = 1.0  # largest slope of a docking boat's path to the line of its slot
-ASTERN_ALIGNMENT = 0.5  # cosine of the heading error within which a boat may go astern
-ALIGNED = 0.9  # cosine of the heading error within which a boat at its waypoint is aligned
-BELOW = 0.05  # depth below its slot to which a boat still docks, m
-FUNNEL_WIDTH = 0.9  # half-width of the funnel at the slot, fraction of the slot's tolerance
-MISSING = 1 / 3  # fraction of boats that may miss their slots before all go back to their waypoints
+MAX_SLOPE = 1.0  #: largest slope of a docking boat's path to the line of its slot
+ASTERN_ALIGNMENT = 0.5  #: cosine of the heading error within which a boat may go astern
+ALIGNED = 0.9  #: cosine of the heading error within which a boat at its waypoint is aligned
+BELOW = 0.05  #: depth below its slot to which a boat still docks, m
+FUNNEL_WIDTH = 0.9  #: half-width of the funnel at the slot, fraction of the slot's tolerance
+MISSING = 1 / 3  #: fraction of boats that may miss their slots before all retry
 
 
 @dataclass
 class GraspMemory:
     """What the boats remember on the approach."""
 
-    slot: Complex  # (W, A) slots that the approach leads to, m
-    turn_direction: Int  # (W, A) in which each boat goes round the vessel, 0 or 1
-    due: Float  # (W,) tick at which all boats are to be at their waypoints
-    descending: Bool  # (W,) team state: DESCEND where true, GATHER otherwise
-    astern: Bool  # (W, A) boats that have missed their slots and go astern to try again
-    drift: Complex  # (W, A) velocity of the water past the hull there, in the vessel's frame, m/s
+    slot: Complex  #: (W, A) slots that the approach leads to, m
+    turn_direction: Int  #: (W, A) in which each boat goes round the vessel, 0 or 1
+    due: Float  #: (W,) tick at which all boats are to be at their waypoints
+    descending: Bool  #: (W,) team state: DESCEND where true, GATHER otherwise
+    astern: Bool  #: (W, A) boats that have missed their slots and go astern to try again
+    drift: Complex  #: (W, A) velocity of the water past the hull there, in the vessel's frame, m/s
 
     @classmethod
     def empty(cls, worlds: int, team: int) -> Self:

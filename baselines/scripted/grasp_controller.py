@@ -21,11 +21,11 @@ from baselines.scripted.docking import Docking, GraspMemory
 from baselines.scripted.gains import GraspGains
 from baselines.scripted.observer import VesselMemory
 
-MIN_SPEED = 0.02  # least speed on the path to the waypoint, m/s
-MAX_SIDESTEP = 0.5  # limit of the step aside from a failed boat, fraction of the slot's tolerance
+MIN_SPEED = 0.02  #: least speed on the path to the waypoint, m/s
+MAX_SIDESTEP = 0.5  #: limit of the step aside from a failed boat, fraction of the slot's tolerance
 STARBOARD = np.exp(0.8j)
 """Turn of the velocity by which boats avoid each other, so that no two hold each other up."""
-TINY = 1e-9  # floor of the distance between boats, m
+TINY = 1e-9  #: floor of the distance between boats, m
 
 
 class GraspController:

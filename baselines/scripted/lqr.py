@@ -19,12 +19,12 @@ from asv_env.params import NOMINAL_LENGTH, VesselParams
 from asv_env.types import Float
 from baselines.scripted.gains import Tolerances
 
-PREVIEW_STEP = 0.25  # time between two preview points of a vessel of 0.40 m, s
-PREVIEW_POINTS = 24  # number of points at which the curvature of the path ahead is taken
+PREVIEW_STEP = 0.25  #: time between two preview points of a vessel of 0.40 m, s
+PREVIEW_POINTS = 24  #: number of points at which the curvature of the path ahead is taken
 SPEEDS = np.array([0.003, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1])
 """Speeds of the vessel for which gains are computed, m/s; between them they are interpolated."""
-SLIP = 0.01  # velocity along the hull at which the surge drag is linearised, m/s
-YAW_RATE = 0.1  # yaw rate at which the yaw drag is linearised, rad/s
+SLIP = 0.01  #: velocity along the hull at which the surge drag is linearised, m/s
+YAW_RATE = 0.1  #: yaw rate at which the yaw drag is linearised, rad/s
 
 
 class PreviewLqr:

@@ -18,22 +18,22 @@ from asv_env.sensing.sensors import corrected, steady_gain
 from asv_env.types import Bool, Complex, Float, Sensed
 from baselines.paper.coasting import drag
 
-ACCELERATION = 0.01  # standard deviation of the acceleration not predicted, m/s^2
-YAW_ACCELERATION = 0.012  # standard deviation of the yaw acceleration, vessel of 0.40 m, rad/s^2
-FREE_ACCELERATION = 0.002  # standard deviation of the acceleration without contact, m/s^2
-DRIFT_WALK = 0.001  # random walk of the current, m/s per root second
-LEAST_NOISE = 1e-6  # floor of the measurement noise in the filter of the drift, m and m/s
-SLIP = 0.02  # speed through the water at which the drag is linearised for the gain, m/s
+ACCELERATION = 0.01  #: standard deviation of the acceleration not predicted, m/s^2
+YAW_ACCELERATION = 0.012  #: standard deviation of the yaw acceleration, vessel of 0.40 m, rad/s^2
+FREE_ACCELERATION = 0.002  #: standard deviation of the acceleration without contact, m/s^2
+DRIFT_WALK = 0.001  #: random walk of the current, m/s per root second
+LEAST_NOISE = 1e-6  #: floor of the measurement noise in the filter of the drift, m and m/s
+SLIP = 0.02  #: speed through the water at which the drag is linearised for the gain, m/s
 
 
 @dataclass
 class VesselMemory:
     """What is known about the vessel."""
 
-    motion: Float  # (W, 6) estimated motion, world frame
-    drift: Complex  # (W,) estimated velocity of the water, m/s, world frame
-    force: Complex  # (W,) that the boats exert on the vessel until the next tick, its frame, N
-    moment: Float  # (W,) that they exert, N m
+    motion: Float  #: (W, 6) estimated motion, world frame
+    drift: Complex  #: (W,) estimated velocity of the water, m/s, world frame
+    force: Complex  #: (W,) that the boats exert on the vessel until the next tick, its frame, N
+    moment: Float  #: (W,) that they exert, N m
 
     @classmethod
     def empty(cls, worlds: int) -> Self:

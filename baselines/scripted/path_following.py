@@ -19,22 +19,22 @@ from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.lqr import PreviewLqr
 from baselines.scripted.planner import SEGMENTS, PathPlanner
 
-MAX_CROSS_TRACK = 0.2  # saturation of the cross-track error, vessel lengths
-MAX_HEADING_ERROR = 0.7  # saturation of the heading error, rad
-OFF_PATH = 0.75  # cross-track error at which a new path is planned, vessel lengths
-PAST_GOAL = 0.1  # path length beyond the goal at which a new path is planned, vessel lengths
-UNCAGED_HEADING = 0.1  # tolerated heading error where no end boat prevents skidding, rad
+MAX_CROSS_TRACK = 0.2  #: saturation of the cross-track error, vessel lengths
+MAX_HEADING_ERROR = 0.7  #: saturation of the heading error, rad
+OFF_PATH = 0.75  #: cross-track error at which a new path is planned, vessel lengths
+PAST_GOAL = 0.1  #: path length beyond the goal at which a new path is planned, vessel lengths
+UNCAGED_HEADING = 0.1  #: tolerated heading error where no end boat prevents skidding, rad
 
 
 @dataclass
 class PathMemory:
     """The vessel's path through the water."""
 
-    start: Float  # (W, 3) pose where it begins; m, m, rad
-    curvature: Float  # (W, SEGMENTS) 1/m
-    length: Float  # (W, SEGMENTS) m; segments that are not needed have length 0
-    progress: Float  # (W,) path length behind the vessel, m
-    replan: Bool  # (W,) whether a new path is needed
+    start: Float  #: (W, 3) pose where it begins; m, m, rad
+    curvature: Float  #: (W, SEGMENTS) 1/m
+    length: Float  #: (W, SEGMENTS) m; segments that are not needed have length 0
+    progress: Float  #: (W,) path length behind the vessel, m
+    replan: Bool  #: (W,) whether a new path is needed
 
     @classmethod
     def empty(cls, worlds: int) -> Self:

@@ -10,9 +10,9 @@ from baselines.paper.arcs import ArcPath
 from baselines.paper.coasting import coasting_distance, coasting_speed, drag
 from baselines.scripted.gains import PathGains
 
-SEGMENTS = 4  # number of segments of a path: three of a Dubins path, and the final straight
-CHOICES = 3  # number of arc radii, and of lengths of the final straight, that are tried
-TIMETABLE_LENGTH = 100.0  # path length up to which the timetable reaches, lengths of the vessel
+SEGMENTS = 4  #: number of segments of a path: three of a Dubins path, and the final straight
+CHOICES = 3  #: number of arc radii, and of lengths of the final straight, that are tried
+TIMETABLE_LENGTH = 100.0  #: path length up to which the timetable reaches, lengths of the vessel
 
 
 class PathPlanner:

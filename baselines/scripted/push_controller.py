@@ -17,13 +17,13 @@ from baselines.scripted.observer import VesselMemory
 from baselines.scripted.path_following import PathFollower, PathMemory
 from baselines.scripted.planner import PathPlanner
 
-MAX_PLACE_OFFSET = 0.3  # limit of the yaw offset by which a side boat returns to its place, rad
-MAX_FRICTION_OFFSET = 0.6  # limit of the yaw offset that compensates friction, rad
-MAX_PRESS_OFFSET = 0.6  # limit of the yaw offset by which an end boat presses on the hull, rad
-MAX_END_OFFSET = 1.0  # limit of an end boat's total yaw offset from its slot's direction, rad
-LEAST_SPEED = 0.02  # floor of a boat's speed where a heading follows from it, m/s
-LEAST_FORCE = 1e-3  # floor of divisors that are forces, N, or sway damping, kg/s
-TINY = 1e-6  # floor of divisors that are positions along the hull, m, or their squares, m^2
+MAX_PLACE_OFFSET = 0.3  #: limit of the yaw offset by which a side boat returns to its place, rad
+MAX_FRICTION_OFFSET = 0.6  #: limit of the yaw offset that compensates friction, rad
+MAX_PRESS_OFFSET = 0.6  #: limit of the yaw offset by which an end boat presses on the hull, rad
+MAX_END_OFFSET = 1.0  #: limit of an end boat's total yaw offset from its slot's direction, rad
+LEAST_SPEED = 0.02  #: floor of a boat's speed where a heading follows from it, m/s
+LEAST_FORCE = 1e-3  #: floor of divisors that are forces, N, or sway damping, kg/s
+TINY = 1e-6  #: floor of divisors that are positions along the hull, m, or their squares, m^2
 
 
 class PushController:

@@ -24,14 +24,14 @@ from baselines.scripted.path_following import PathMemory
 from baselines.scripted.planner import PathPlanner
 from baselines.scripted.push_controller import PushController
 
-LOST = 0.3  # distance of a boat to its slot beyond which the grasp is lost, vessel lengths
+LOST = 0.3  #: distance of a boat to its slot beyond which the grasp is lost, vessel lengths
 
 
 @dataclass
 class Memory:
     """What the team remembers from tick to tick."""
 
-    pushing: Bool  # (W,) phase of each world: PUSH where true, APPROACH otherwise
+    pushing: Bool  #: (W,) phase of each world: PUSH where true, APPROACH otherwise
     vessel: VesselMemory
     grasp: GraspMemory
     path: PathMemory
