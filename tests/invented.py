@@ -8,7 +8,7 @@ import numpy as np
 
 from asv_env.tasks import TASKS
 from baselines.evaluate.conditions import Condition, Suite
-from baselines.evaluate.report import cast, document
+from baselines.evaluate.report import document, replay
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import RunKey, Store
 from baselines.evaluate.summary import summarise
@@ -121,7 +121,7 @@ def report(folder, suite=SUITE, policies=POLICIES, replays=3):
     page, markdown = document.write(folder, results, summary, store, replays)
     return SimpleNamespace(
         page=page, html=page.read_text(), markdown=markdown.read_text(), results=results,
-        summary=summary, store=store, cast=cast.find(results, prints),
+        summary=summary, store=store, cast=replay.find(results, prints),
     )  # fmt: skip
 
 

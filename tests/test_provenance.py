@@ -21,7 +21,8 @@ PARTS = (
 OTHERS = (
     *("asv_env/render/viewer.py", "asv_env/envs/vector.py", "baselines/rollout/film.py"),
     *("baselines/evaluate/workers.py", "baselines/evaluate/report/palette.py"),
-    *("baselines/evaluate/report/bars.py", "baselines/reproduce/single_runs.py", "train/run.py"),
+    *("baselines/evaluate/report/single_panel.py", "baselines/reproduce/single_runs.py"),
+    "train/run.py",
 )
 
 

@@ -11,7 +11,7 @@ import pytest
 from invented import DEATH, DIES, ODD, SUITE, Page
 
 from asv_env.render import colours
-from baselines.evaluate.report import cast, packing
+from baselines.evaluate.report import replay
 from baselines.evaluate.store import RunKey
 
 CHROMIUM, DRIVER = "/usr/bin/chromium", "/usr/bin/chromedriver"
@@ -30,7 +30,7 @@ def unpacked(text, frames):
     planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, -1)
     unsigned = planes[0].astype(np.int64) | planes[1].astype(np.int64) << 8
     bends = ((unsigned >> 1) ^ -(unsigned & 1)).reshape(-1, 3, frames)
-    return np.moveaxis(bends.cumsum(axis=-1).cumsum(axis=-1), -1, 0) * np.array(packing.UNITS)
+    return np.moveaxis(bends.cumsum(axis=-1).cumsum(axis=-1), -1, 0) * np.array(replay.UNITS)
 
 
 def test_poses_in_the_page_are_those_of_the_store(report, page):
@@ -40,7 +40,7 @@ def test_poses_in_the_page_are_those_of_the_store(report, page):
             for seed, take in zip(block["seeds"], block["takes"][player.key], strict=True):
                 log = report.store.log(RunKey(condition.name, player.policy, player.number), seed)
                 poses = unpacked(take["poses"], take["frames"])
-                wanted = packing.thinned(condition.params, log.poses)
+                wanted = replay.thinned(condition.params, log.poses)
                 off = poses - wanted
                 off[..., 2] = (off[..., 2] + np.pi) % (2 * np.pi) - np.pi
                 assert np.abs(off).max() <= 0.5001e-3
@@ -52,7 +52,7 @@ def test_headings_are_packed_without_drift_over_many_turns():
     poses = np.zeros((500, 2, 3))
     poses[:, 1, 2] = (np.arange(500) * 2.9 + np.pi) % (2 * np.pi) - np.pi
     poses[:, 1, 0] = 27.8
-    back = unpacked(packing.pack(poses), 500)
+    back = unpacked(replay.pack(poses), 500)
     off = (back - poses)[:, 1]
     assert np.abs(off[:, 0]).max() < 1e-9
     assert np.abs((off[:, 2] + np.pi) % (2 * np.pi) - np.pi).max() < 1e-3
@@ -60,13 +60,13 @@ def test_headings_are_packed_without_drift_over_many_turns():
 
 def test_first_episodes_are_embedded_and_as_many_failures(report):
     assert report.cast.trivial == ["random"]
-    seeds = cast.chosen(report.results, "calm", report.cast, 2)
+    seeds = replay.chosen(report.results, "calm", report.cast, 2)
     assert seeds[:2] == [10, 11]
     assert len(seeds) <= 4
     judged = [report.results.success("calm", name) for name in ("scripted", ODD)]
     failed = ~np.concatenate(judged).all(axis=0)
     assert all(failed[seed - 10] for seed in seeds[2:])
-    assert cast.chosen(report.results, "calm", report.cast, 99) == list(range(10, 18))
+    assert replay.chosen(report.results, "calm", report.cast, 99) == list(range(10, 18))
 
 
 def test_page_gives_the_number_of_embedded_episodes(report, page):

@@ -9,9 +9,9 @@ import pytest
 from invented import ODD, SUITE, Page
 
 from baselines.evaluate.conditions import Condition, Suite
-from baselines.evaluate.report import bars, charts, durations, maps, placement, svg
+from baselines.evaluate.report import charts, policy_panels, single_panel, svg
 from baselines.evaluate.results import Results
-from baselines.evaluate.tables import columns, descriptions, formats
+from baselines.evaluate.tables import descriptions, formats
 
 
 @pytest.fixture(scope="module")
@@ -169,24 +169,24 @@ def test_figures_stand_few_and_many_episodes_none_or_all_done(episodes, done):
     outline = np.array([[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]])
     with svg.look():
         drawn = [
-            durations.profile({"one": np.where(success, times, np.inf)}, 60.0),
-            durations.times(
+            single_panel.profile({"one": np.where(success, times, np.inf)}, 60.0),
+            single_panel.times(
                 {"one": np.where(success, times, np.nan), "other": MISSING}, "time", 60.0
             ),
-            bars.failures(
+            single_panel.failures(
                 {"one": {} if done else {"strayed": episodes}, "other": {"not settled": 1}},
                 {"one": episodes, "other": 1},
             ),
-            placement.errors(
+            policy_panels.errors(
                 {"one": 10 * rng.random((2, episodes)), "other": MISSING},
                 {"one": rng.normal(size=(2, episodes)), "other": MISSING},
                 {"one": success, "other": np.zeros((1, 1), dtype=bool)},
                 (5.0, 0.1),
                 ((4.88, 1.8), (-0.26, 0.44)),
             ),
-            maps.goals(rng.normal(size=(episodes, 2)), {"one": success}, outline, 1.2),
-            maps.paths({"one": [rng.random((9, 2))]}, {"one": [done]}, outline, None),
-            bars.overview(["a"], [None], {"one": np.array([[done, 0.0, 1.0]])}),
+            policy_panels.goals(rng.normal(size=(episodes, 2)), {"one": success}, outline, 1.2),
+            policy_panels.paths({"one": [rng.random((9, 2))]}, {"one": [done]}, outline, None),
+            single_panel.overview(["a"], [None], {"one": np.array([[done, 0.0, 1.0]])}),
         ]
         texts = [svg.draw(figure, f"f{k}").content for k, figure in enumerate(drawn)]
     for text in texts:
@@ -197,15 +197,15 @@ def test_figures_stand_few_and_many_episodes_none_or_all_done(episodes, done):
 
 def test_causes_of_a_users_task_come_last():
     found = {"tipped over": 2, "not settled": 1, "strayed": 3}
-    assert columns.in_order(found) == ["strayed", "not settled", "tipped over"]
+    assert descriptions.in_order(found) == ["strayed", "not settled", "tipped over"]
     with svg.look():
-        drawn = svg.draw(bars.failures({"one": found}, {"one": 10}), "f").content
+        drawn = svg.draw(single_panel.failures({"one": found}, {"one": 10}), "f").content
     assert "tipped over" in drawn
 
 
 def test_labels_of_axes_are_kept_to_the_last_digit():
     with svg.look():
-        figure = durations.times({"one": np.array([[0.001]])}, "time", 0.005)
+        figure = single_panel.times({"one": np.array([[0.001]])}, "time", 0.005)
         figure.axes[0].set_xticks([0.0, 0.00125])
         drawn = svg.draw(figure, "f").content
     assert ">0.00125<" in drawn

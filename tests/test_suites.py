@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from asv_env.tasks import starts
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.suites import SUITES
 from baselines.paper.paper_numbers import PAPER_GOAL
 from baselines.rollout import seeds
@@ -114,3 +115,9 @@ def test_seeds_for_something_else_are_refused(wanted, used):
     with pytest.raises(ValueError, match=f"is not for {wanted}: use seeds from"):
         seeds.check(used, wanted)
     seeds.check(range(seeds.RANGES[wanted].start, seeds.RANGES[wanted].start + 5), wanted)
+
+
+@pytest.mark.parametrize("name", ["scenario", "task", "preset", "num_boats"])
+def test_an_option_that_is_a_field_of_a_condition_is_refused(name):
+    with pytest.raises(ValueError, match=f"give the field {name}="):
+        Condition("own", options={name: "noisy"})

@@ -1,31 +1,23 @@
 """Any policies on the same episodes, with honest statistics.
 
 From Python: ``baselines.evaluate.compare``; from the command line: ``python -m
-baselines.evaluate``. ``api`` checks a request, lets ``execution`` run what is missing in its
-workers, and ``store`` keeps every episode as it ends. ``results`` are the rows, ``statistics`` and
-``summary`` evaluate them, ``report`` shows them.
+baselines.evaluate``. ``api`` checks a ``request``, runs what is missing in ``workers``, and
+``store`` keeps every episode as it ends. ``results`` are the rows, ``statistics`` and ``summary``
+evaluate them, ``report`` shows them.
 """
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from baselines.evaluate.api import compare as compare
+    from baselines.evaluate.command import main as main
 
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point of ``asv-evaluate`` and of ``python -m baselines.evaluate``."""
-    from baselines.evaluate import command
-
-    command.main(arguments)
+_MODULES = {"compare": "api", "main": "command"}
 
 
 def __getattr__(name: str) -> Any:
-    """Imports ``compare`` when it is asked for: workers do without what it imports."""
-    if name == "compare":
-        from baselines.evaluate.api import compare
-
-        return compare
+    """Imports ``compare`` and ``main`` on demand: workers do without what they import."""
+    if name in _MODULES:
+        return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

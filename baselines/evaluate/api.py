@@ -1,26 +1,30 @@
-"""Compares policies from Python, for scripts and notebooks: ``compare``."""
-
-from __future__ import annotations
+"""Comparisons from Python, for scripts and notebooks: ``compare`` and what it returns."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import joblib
+import pandas as pd
+from matplotlib.figure import Figure
+
+from asv_env.checks import choice
 from asv_env.params import EnvParams
-from baselines.evaluate import execution, suites
-from baselines.evaluate.comparison import Comparison
+from baselines.evaluate import suites
 from baselines.evaluate.conditions import CUSTOM, Condition, Suite
-from baselines.evaluate.named_policies import PolicyLike, named
-from baselines.evaluate.report import document
-from baselines.evaluate.request import REPLAYS, Request, check_least, cores
-from baselines.evaluate.results import write_csv
+from baselines.evaluate.policy_sources import PolicyLike, named
+from baselines.evaluate.report import charts, document, svg
+from baselines.evaluate.request import REPLAYS, Request, check_least, collect, run
+from baselines.evaluate.results import Results, frame, write_csv
 from baselines.evaluate.store import Store
-from baselines.evaluate.summary import summarise
+from baselines.evaluate.summary import MEASURES, summarise
+from baselines.evaluate.tables import descriptions, formats
 from baselines.evaluate.workers import WorkerError
-from baselines.rollout import trajectories
+from baselines.rollout import film, trajectories
 from baselines.rollout.files import write_text
 
 
@@ -30,6 +34,75 @@ class InputError(ValueError):
 
 class StoppedError(RuntimeError):
     """A comparison could not be finished; the finished episodes of its folder are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Policies compared on the same episodes."""
+
+    request: Request  # what was compared
+    results: Results  # rows of the episodes by condition, policy and training
+    summary: Mapping[str, Any]  # success, measures and comparisons, as in summary.json
+
+    @property
+    def episodes(self) -> pd.DataFrame:
+        """All episodes, one a row, with the columns of ``episodes.csv``."""
+        return frame(self.results)
+
+    def table(self) -> pd.DataFrame:
+        """Returns a row for each condition and policy.
+
+        Columns: ``episodes``, ``trainings``; ``success`` with its 95 % interval from
+        ``success_low`` to ``success_high``; and the medians of the measures, in SI units.
+        """
+        rows = {}
+        for condition, entry in self.summary["conditions"].items():
+            for policy, found in entry["policies"].items():
+                share = found["success"]
+                rows[condition, policy] = {
+                    **{name: found[name] for name in ("episodes", "trainings")},
+                    "success": share["value"],
+                    **{f"success_{bound}": share[bound] for bound in formats.BOUNDS},
+                    **{name: found[name]["median"] for name in MEASURES if name in found},
+                }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis(["condition", "policy"])
+
+    def plot(self, chart: str = "overview", condition: str | None = None) -> Figure:
+        """Returns a chart of the report as a Matplotlib figure; ValueError if it has none such.
+
+        Args:
+            chart: "overview" of all conditions, or of one condition "profile", "times",
+                "failures", "errors" or "goals".
+            condition: its name; the first by default.
+        """
+        with svg.look():
+            if chart == "overview":
+                return charts.overview(self.results, self.summary).figure
+            chosen = self._condition(condition)
+            drawn = {each.name: each for each in charts.of_condition(self.results, chosen, {})}
+        return drawn[choice("chart", chart, ["overview", *drawn])].figure
+
+    def film(self, path: Path, policy: str | None = None, condition: str | None = None) -> None:
+        """Films the first episode of a policy in a condition, by default the first of each.
+
+        The path ends in ".gif" or ".mp4".
+        """
+        policies = {one.name: one.trainings[0] for one in self.request.policies}
+        source = policies[choice("policy", policy or next(iter(policies)), policies)]
+        film.save(path, source.make, self._condition(condition).params, self.results.suite.seed)
+
+    def _condition(self, name: str | None) -> Condition:
+        """Returns the condition of a name, the first one by default."""
+        by_name = {one.name: one for one in self.results.suite.conditions}
+        return by_name[choice("condition", name or next(iter(by_name)), by_name)]
+
+    def __str__(self) -> str:
+        return descriptions.text_table(self.summary)
+
+    def _repr_html_(self) -> str:
+        """Returns the table of results as a notebook shows it."""
+        shown = descriptions.results(self.summary)
+        return pd.DataFrame(shown.rows, columns=shown.titles).to_html(index=False)
 
 
 def compare(
@@ -73,36 +146,35 @@ def compare(
         StoppedError: a worker died, or the disk is full.
     """
     with TemporaryDirectory(prefix="asv-env-") as scratch:
-        with _refusing():
+        with refusing():
             if record and out is None:
                 raise ValueError("record=True: trajectories need a folder (out=...)")
-            chosen = _suite(suite, episodes, task)
+            chosen, folder = _suite(suite, episodes, task), Path(scratch if out is None else out)
+            workers = joblib.cpu_count() if workers is None else workers
+            replays = REPLAYS // len(chosen.conditions) if replays is None else replays
+            sources = named(policies, trust_pickles)
             request = Request(
-                chosen,
-                named(policies, trust_pickles),
-                Path(scratch if out is None else out),
-                cores() if workers is None else workers,
-                num_envs,
-                REPLAYS // len(chosen.conditions) if replays is None else replays,
-                record,
-                overwrite,
+                chosen, sources, folder, workers, num_envs, replays, record, overwrite
             )
             store = Store(request.out, request.provenance, request.fingerprints, overwrite)
             for policy in store.dropped:
                 trajectories.remove(request.out, policy)
         with closing(store):
             try:
-                execution.run(request, store, progress)
+                run(request, store, progress)
             except (WorkerError, OSError) as error:
                 raise StoppedError(str(error)) from error
             comparison = _comparison(request, store)
             if out is not None:
-                _save(request, store, comparison)
+                results, summary = comparison.results, comparison.summary
+                write_csv(request.out / "episodes.csv", results)
+                write_text(request.out / "summary.json", json.dumps(summary, indent=2) + "\n")
+                document.write(request.out, results, summary, store, request.replays)
     return comparison
 
 
 @contextmanager
-def _refusing() -> Iterator[None]:
+def refusing() -> Iterator[None]:
     """Turns whatever is wrong with the input into an InputError."""
     try:
         yield
@@ -126,8 +198,7 @@ def _suite(given: Any, episodes: int | None, task: Any) -> Suite:
 
 
 def _comparison(request: Request, store: Store) -> Comparison:
-    results = execution.collect(request, store)
-    suite = request.suite
+    results, suite = collect(request, store), request.suite
     summary = {
         "suite": suite.name,
         "about": suite.about,
@@ -138,12 +209,3 @@ def _comparison(request: Request, store: Store) -> Comparison:
         **summarise(results),
     }
     return Comparison(request, results, summary)
-
-
-def _save(request: Request, store: Store, comparison: Comparison) -> None:
-    """Writes the files of the folder."""
-    results, summary = comparison.results, comparison.summary
-    write_csv(request.out / "episodes.csv", results)
-    text = json.dumps(summary, indent=2) + "\n"
-    write_text(request.out / "summary.json", text)
-    document.write(request.out, results, summary, store, request.replays)

@@ -9,11 +9,8 @@ against its motion could gain a little at the end.
 ``python -m baselines.evaluate.bound`` prints it for the episodes of a suite.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -26,6 +23,7 @@ from asv_env.types import Float, InitialState
 from baselines.evaluate.suites import SUITES
 from baselines.paper.coasting import coasting_distance
 
+PROGRAM = "python -m baselines.evaluate.bound"
 SPEEDS = 1000
 """Number of speeds for which the push is tabulated."""
 
@@ -70,9 +68,8 @@ def push_time(params: EnvParams, distance: Float) -> Float:
     """Returns the least times (...), s, of deliveries over distances (...), m."""
     covered, time = _table(params)
     left = np.maximum(np.asarray(distance) - params.task.position_tolerance, 0.0)
-    return np.interp(left, covered, time) + np.maximum(left - covered[-1], 0.0) / vessel_speed(
-        params
-    )
+    beyond = np.maximum(left - covered[-1], 0.0)
+    return np.interp(left, covered, time) + beyond / vessel_speed(params)
 
 
 def least_time(params: EnvParams, start: InitialState) -> float:
@@ -86,28 +83,27 @@ def least_time(params: EnvParams, start: InitialState) -> float:
     return gap / boat_speed(params) + float(push_time(params, np.array(distance)))
 
 
-@dataclass(frozen=True)
-class Options:
-    """Print a lower bound of the time to deliver the vessel, for each condition of a suite."""
+def show(suite: str = "plane-v1", episodes: int = 500) -> None:
+    """Print a lower bound of the time to deliver the vessel, for each condition of a suite.
 
-    suite: str = "plane-v1"
-    """Suite, as in python -m baselines.evaluate."""
-    episodes: int = 500
-    """Number of episodes of each condition."""
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Prints the median bound of each condition of a suite."""
-    options = tyro.cli(Options, args=arguments, prog="python -m baselines.evaluate.bound")
-    try:
-        suite = SUITES.find(options.suite).first(options.episodes)
-    except (ValueError, ImportError) as error:
-        sys.exit(f"python -m baselines.evaluate.bound: {error}")
-    for condition in suite.conditions:
-        params, rngs = condition.params, map(np.random.default_rng, suite.seeds)
+    Args:
+        suite: name of the suite, as in python -m baselines.evaluate.
+        episodes: number of episodes of each condition.
+    """
+    chosen = SUITES.find(suite).first(episodes)
+    for condition in chosen.conditions:
+        params, rngs = condition.params, map(np.random.default_rng, chosen.seeds)
         times = [least_time(params, starts.sample(params, rng)) for rng in rngs]
         low, middle, high = np.percentile(times, [5, 50, 95])
         print(f"{condition.name:14} {middle:.1f} s at least (5 to 95 %: {low:.1f} to {high:.1f})")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Prints what ``show`` does; exits with a message where there is no such suite."""
+    try:
+        tyro.cli(show, args=arguments, prog=PROGRAM)
+    except (ValueError, ImportError) as error:
+        sys.exit(f"{PROGRAM}: {error}")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,5 @@
 """Fingerprints of user-defined classes and functions, in modules and in notebooks."""
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 import linecache

@@ -1,20 +1,140 @@
 """The command line: ``python -m baselines.evaluate``."""
 
-from __future__ import annotations
-
+import re
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import NoReturn
 
 import tyro
 
-from baselines.evaluate.api import InputError, StoppedError, compare
-from baselines.evaluate.comparison import Comparison
-from baselines.evaluate.options import Options, as_flags, folder_name
+from asv_env.checks import choice
+from asv_env.render import video
+from baselines.evaluate.api import Comparison, InputError, StoppedError, compare, refusing
+from baselines.evaluate.conditions import Suite
+from baselines.evaluate.policy_sources import is_file
 from baselines.evaluate.request import FILES
+from baselines.evaluate.suites import SUITES, sweep
+from baselines.paper.paper_numbers import PAPER_GOAL
 
 PROGRAM = "python -m baselines.evaluate"
+SWEEP = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")
+"""Options of a sweep, which a suite has settled."""
+PASSED = ("workers", "num_envs", "replays", "record", "overwrite", "trust_pickles")
+"""Options that are arguments of ``compare`` as they are."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Run policies on the same seeded episodes and compare them.
+
+    What is in the output folder already, made by the same code, is kept: give the command of a
+    run that was stopped again, and it continues; add policies or episodes, and only they are run.
+    """
+
+    policies: tuple[str, ...] = ("scripted",)
+    """scripted, paper, learned, idle, random; a policy file (.npz), a stable-baselines3 model
+    (.zip), or module:Class. NAME=WORD gives it another name, NAME=WORD,WORD,... is one policy that
+    was trained several times. The others are compared with the first."""
+    trust_pickles: bool = False
+    """Read stable-baselines3 models; doing so runs whatever code is in them."""
+    suite: str | None = None
+    """Suite to run: quick-v1, paper-v1, plane-v1, robust-v1, team-v1, shape-v1. Without one, a
+    sweep over the tasks, scenarios and team sizes below is run."""
+    task: tuple[str, ...] = ("transport",)
+    """approach, push, transport, or module:NAME; a suite takes one, a sweep several."""
+    episodes: int | None = None
+    """Number of episodes of each condition; by default the suite's, or 100."""
+    scenario: tuple[str, ...] = ()
+    """Scenarios of a sweep: nominal, noisy, current, gyre, mismatch, failure, harsh, or
+    module:NAME; by default nominal."""
+    num_boats: tuple[int, ...] = ()
+    """Team sizes of a sweep, 2 to 100; by default 4."""
+    preset: str | None = None
+    """Preset of a sweep: nominal, experiment, paper_simulation, tank."""
+    seed: int | None = None
+    """Seed of the first episode of a sweep; by default 0."""
+    goal: tuple[float, float, float] | None = None
+    """Goal of a sweep, the pose x y heading of the vessel in m, m, rad; by default the paper's."""
+    random_goals: bool = False
+    """Draw a goal for each episode of a sweep by its seed."""
+    workers: int | None = None
+    """Number of processes, by default one a core; 0 runs everything in this one, for a debugger.
+    It changes no number."""
+    num_envs: int = 64
+    """Number of worlds side by side in a process. It changes no number."""
+    out: Path | None = None
+    """Folder of the run; by default below runs."""
+    replays: int | None = None
+    """Number of first episodes of each condition that can be watched in the report; where policies
+    fail, up to as many again. By default 180, shared by the conditions."""
+    record: bool = False
+    """Save trajectories too, for imitation learning."""
+    video: Path | None = None
+    """Film the first episode: .gif or .mp4."""
+    overwrite: bool = False
+    """Replace what is in the way."""
+
+    def chosen_suite(self) -> Suite:
+        """Returns the suite or the sweep that is asked for.
+
+        Raises:
+            ValueError: an unknown name, a value out of range, or options that exclude each other.
+        """
+        if self.suite is not None:
+            return self._named_suite(self.suite)
+        if self.random_goals and self.goal:
+            raise ValueError("--random-goals is not allowed with --goal: leave one out")
+        return sweep(
+            self.task,
+            self.scenario or ("nominal",),
+            self.num_boats or (None,),
+            self.preset or "nominal",
+            None if self.random_goals else self.goal or PAPER_GOAL,
+            self.seed or 0,
+            100 if self.episodes is None else self.episodes,
+        )
+
+    def _named_suite(self, name: str) -> Suite:
+        settled = [name for name in SWEEP if getattr(self, name) != getattr(Options, name)]
+        if settled or len(self.task) > 1:
+            flag = (settled or ["task"])[0].replace("_", "-")
+            raise ValueError(f"--{flag} cannot go with --suite, which settles it: leave one out")
+        suite = SUITES.find(name)
+        return suite if self.task == Options.task else suite.with_task(self.task[0])
+
+    def named_policies(self) -> dict[str, list[str]]:
+        """Returns the words of ``policies`` by the names of the policies.
+
+        Raises:
+            ValueError: a name twice, or several trainings without a name.
+        """
+        found: dict[str, list[str]] = {}
+        for word in self.policies:
+            name, equals, rest = word.partition("=")
+            if not equals or Path(word).exists():
+                name, equals, rest = "", "", word
+            words = rest.split(",")
+            if len(words) > 1 and not equals:
+                raise ValueError(
+                    f"{word}: several trainings of one policy need a name, NAME=A.zip,B.zip; "
+                    "separate different policies with spaces"
+                )
+            if not equals:
+                name = Path(word).stem if is_file(word) else word.rpartition(":")[2]
+            if name in found:
+                given = " ".join(self.policies)
+                raise ValueError(f"--policies {given}: name each policy once (NAME=...)")
+            found[name] = words
+        return found
+
+    def check_video(self) -> None:
+        """Refuses a film of an unknown kind, or one that would replace a file."""
+        if self.video is None:
+            return
+        choice("kind of video", self.video.suffix.lower(), video.SUFFIXES)
+        if self.video.exists() and not self.overwrite:
+            raise FileExistsError(f"{self.video} exists: name another file, or use --overwrite")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -23,26 +143,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         Options, args=arguments, prog=PROGRAM, config=(tyro.conf.FlagCreatePairsOff,)
     )
     try:
-        suite, policies = options.chosen_suite(), options.named_policies()
-        options.check_video()
-    except (ValueError, TypeError, OSError, ImportError) as error:
-        _refuse(error)
-    out = options.out or Path("runs") / folder_name(suite)
-    try:
-        comparison = compare(
-            policies,
-            suite,
-            options.episodes,
-            out,
-            workers=options.workers,
-            num_envs=options.num_envs,
-            replays=options.replays,
-            record=options.record,
-            overwrite=options.overwrite,
-            trust_pickles=options.trust_pickles,
-        )
+        with refusing():
+            suite, policies = options.chosen_suite(), options.named_policies()
+            options.check_video()
+        out = options.out or Path("runs") / folder_name(suite)
+        passed = {name: getattr(options, name) for name in PASSED}
+        comparison = compare(policies, suite, options.episodes, out, **passed)
     except InputError as error:
-        _refuse(error)
+        print(f"{PROGRAM}: error: {as_flags(str(error))}", file=sys.stderr)
+        sys.exit(2)
     except (KeyboardInterrupt, StoppedError) as error:
         reason = "stopped" if isinstance(error, KeyboardInterrupt) else str(error)
         sys.exit(f"\n{reason}\nFinished episodes are kept: give the same command to continue.")
@@ -51,11 +160,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print(f"Results: {', '.join(str(out / name) for name in FILES)}")
     if options.video is not None:
         _film(comparison, options.video)
-
-
-def _refuse(error: Exception) -> NoReturn:
-    print(f"{PROGRAM}: error: {as_flags(str(error))}", file=sys.stderr)
-    sys.exit(2)
 
 
 def _print_errors(comparison: Comparison) -> None:
@@ -73,3 +177,21 @@ def _film(comparison: Comparison, path: Path) -> None:
     except Exception as error:  # of a policy or a codec: everything else is saved by now
         sys.exit(f"{path}: no film, {type(error).__name__}: {error}")
     print(f"Video: {path}")
+
+
+def folder_name(suite: Suite) -> str:
+    """Returns the name of the default folder, the same for the same set of episodes."""
+    if suite.name in SUITES:
+        return suite.name if suite.task == "transport" else f"{suite.name}-{suite.task}"
+    scenarios = dict.fromkeys(condition.scenario_name for condition in suite.conditions)
+    return "-".join([suite.task, *scenarios, suite.digest()[:6]])
+
+
+def as_flags(message: str) -> str:
+    """Returns a message about arguments of ``compare`` as one about options."""
+    names = "|".join(f.name for f in fields(Options))
+
+    def flag(found: re.Match[str]) -> str:
+        return f"--{found[1].replace('_', '-')}" + (" " if found[2] is None else "")
+
+    return re.sub(rf"\b({names})=(True\b|\.\.\.)?", flag, message)

@@ -5,14 +5,12 @@ have the same initial states and goals at the same seed, so that the cost of a d
 measured pair by pair, against its control condition.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -26,6 +24,8 @@ IN_DIGEST = 3
 """Number of episodes of a condition whose initial states go into the digest."""
 NOT_IN_DIGEST = ("reward", "definition", "observation")
 """Fields of ``EnvParams`` by which episodes are judged or seen, not what they are."""
+NAMED = {"task", "num_boats", "scenario", "preset"}
+"""Arguments of ``make_params`` that are fields of a condition."""
 CUSTOM = "custom"
 """Name of a suite that is not published, and of a scenario that is given as an object."""
 
@@ -34,33 +34,29 @@ CUSTOM = "custom"
 class Condition:
     """One environment in which policies are compared.
 
-    Attributes:
-        name: unique in its suite.
-        about: description in a few words.
-        control: name of the condition without the disturbance; None where there is none.
-        task: name of a task, "module:NAME", or a Task.
-        scenario: name of a scenario, "module:NAME", or its overrides as a mapping.
-        preset, num_boats, options: as in ``make_params``.
-        environment: complete parameters, in place of task, scenario, preset, team and options.
+    Raises ValueError for an option that is a field.
     """
 
-    name: str
-    about: str = ""
-    control: str | None = None
-    task: Any = "transport"
-    scenario: Any = "nominal"
-    preset: str = "nominal"
+    name: str  # unique in its suite
+    about: str = ""  # description in a few words
+    control: str | None = None  # name of the condition without the disturbance, if any
+    task: Any = "transport"  # name of a task, "module:NAME", or a Task
+    scenario: Any = "nominal"  # name of a scenario, "module:NAME", or its overrides as a mapping
+    preset: str = "nominal"  # this, num_boats and options are as in make_params
     num_boats: int | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
-    environment: EnvParams | None = None
+    environment: EnvParams | None = None  # complete parameters, in place of the five above
+
+    def __post_init__(self) -> None:
+        if doubled := sorted(NAMED & set(self.options)):
+            raise ValueError(
+                f"condition {self.name!r}: options cannot hold {doubled[0]!r}: give the field "
+                f"{doubled[0]}=... of Condition instead"
+            )
 
     @cached_property
     def params(self) -> EnvParams:
-        """The environment's parameters.
-
-        Raises:
-            ValueError: an unknown name or a value out of range.
-        """
+        """The environment's parameters; ValueError where a name or a value is wrong."""
         if self.environment is not None:
             return self.environment
         return make_params(self.task, self.num_boats, self.scenario, self.preset, **self.options)
@@ -79,35 +75,23 @@ class Condition:
 
 @dataclass(frozen=True)
 class Suite:
-    """A set of episodes.
+    """A set of episodes."""
 
-    Attributes:
-        name: with its version, such as "plane-v1".
-        about: purpose, in a sentence.
-        conditions: one or more, their names unique.
-        seed: first seed of every condition.
-        episodes: number of episodes of every condition.
-    """
+    name: str  # with its version, such as "plane-v1"
+    about: str  # purpose, in a sentence
+    conditions: tuple[Condition, ...]  # one or more, their names unique
+    seed: int = 0  # first seed of every condition
+    episodes: int = EPISODES  # number of episodes of every condition
 
-    name: str
-    about: str
-    conditions: tuple[Condition, ...]
-    seed: int = 0
-    episodes: int = EPISODES
-
-    def with_task(self, task: Any) -> Suite:
-        """Returns the suite with the same initial states and goals and another task.
-
-        Raises:
-            ValueError: a condition has complete parameters, and so its own task.
-        """
+    def with_task(self, task: Any) -> Self:
+        """Returns the suite with another task, unless a condition has complete parameters."""
         for condition in self.conditions:
             if condition.environment is not None:
                 raise ValueError(f"task={task}: the condition {condition.name!r} has its own task")
         conditions = tuple(replace(condition, task=task) for condition in self.conditions)
         return replace(self, conditions=conditions)
 
-    def first(self, episodes: int) -> Suite:
+    def first(self, episodes: int) -> Self:
         """Returns the suite with the first episodes of every condition."""
         return replace(self, episodes=episodes)
 
@@ -124,8 +108,7 @@ class Suite:
     def digest(self) -> str:
         """Returns a fingerprint of what the episodes are, not of how many are taken.
 
-        It covers the parameters of all conditions, but for ``NOT_IN_DIGEST``, and the initial
-        states of their first episodes.
+        It covers all parameters but ``NOT_IN_DIGEST``, and the first initial states.
         """
         conditions = [
             [condition.name, _parameters(condition.params), *_initial_states(condition, self.seed)]

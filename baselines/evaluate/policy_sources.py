@@ -1,24 +1,33 @@
-"""Where policies come from: registered names, files, and classes, also those of a notebook."""
+"""The policies of a comparison: where they come from, their names, and whether they fit a suite."""
 
-from __future__ import annotations
-
+import inspect
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+import numpy as np
 
 from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.registry import load
+from asv_env.simulation import Simulation
 from baselines.evaluate.code_identity import fingerprint, identify, is_own
+from baselines.evaluate.conditions import Suite
 from baselines.learned import policy_file, shipped
 from baselines.learned.sb3_policy import Sb3Policy
-from baselines.policy import POLICIES, MakePolicy, Policy
+from baselines.policy import POLICIES, MakePolicy, Policy, checked_action
 from baselines.rollout import provenance
 
 EXPORTED, SB3 = policy_file.SUFFIX, ".zip"
 """Endings of the names of policy files, and of models that stable-baselines3 has saved."""
 SB3_NEEDS = ("stable-baselines3", "torch")
+NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
+"""Pattern of the names of policies, which also name folders."""
+PolicyLike = str | Path | MakePolicy | Sequence[str | Path | MakePolicy]
+"""A policy as ``find`` takes it, or several trainings of one."""
 
 
 @dataclass(frozen=True)
@@ -26,26 +35,15 @@ class PolicySource:
     """A policy, or one training of it, before it is made for an environment.
 
     It can be sent to another process.
-
-    Attributes:
-        word: name in messages.
-        factory: function that makes the policy.
-        file: file that stores or defines it; None for a policy of this package or a notebook.
-        identity: part of the fingerprint that does not depend on the file.
     """
 
-    word: str
-    factory: MakePolicy
-    file: Path | None = None
-    identity: str = ""
+    word: str  # name in messages
+    factory: MakePolicy  # function that makes the policy
+    file: Path | None = None  # where it is stored or defined; None in this package or a notebook
+    identity: str = ""  # part of the fingerprint that does not depend on the file
 
     def make(self, params: EnvParams) -> Policy:
-        """Returns the policy for an environment.
-
-        Raises:
-            ValueError: it is not a policy, or does not fit the environment.
-            FileNotFoundError: there is no such file.
-        """
+        """Returns the policy for an environment, or raises ValueError where it does not fit it."""
         try:
             return self.factory(params)
         except (ValueError, ImportError, OSError):
@@ -125,3 +123,86 @@ def _written(word: str, factory: Any) -> PolicySource:
     if not callable(factory):
         raise ValueError(f"{word} is not a policy: it is neither a class nor a function")
     return PolicySource(word, factory, *identify(factory))
+
+
+@dataclass(frozen=True)
+class NamedPolicy:
+    """A policy that is compared, with a source for each training; its name is also a folder's."""
+
+    name: str
+    trainings: tuple[PolicySource, ...]
+
+    def training_seed(self, number: int) -> int | None:
+        """Returns the number of a training, as in rows; None where there is only one."""
+        return number if len(self.trainings) > 1 else None
+
+
+def named(policies: Mapping[str, PolicyLike], trust_pickles: bool) -> tuple[NamedPolicy, ...]:
+    """Returns the policies of a comparison, found but not yet made.
+
+    Raises:
+        ValueError, TypeError: a name that cannot be one, or trainings that are no trainings.
+        ValueError, FileNotFoundError, ImportError, TypeError: as ``find``.
+    """
+    if not isinstance(policies, Mapping) or not policies:
+        raise TypeError(f"policies={policies!r}: give at least one, by name: {{'mine': MyPolicy}}")
+    found = []
+    for name, given in policies.items():
+        several = isinstance(given, Sequence) and not isinstance(given, str)
+        trainings: list[Any] = list(cast(Any, given)) if several else [given]
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            raise ValueError(
+                f"policies: {name!r} cannot be a name; begin with a letter or a digit and use "
+                "these, dots, plus, minus and underscores"
+            )
+        if not trainings or (
+            len(trainings) > 1 and any(isinstance(t, str) and t in POLICIES for t in trainings)
+        ):
+            raise ValueError(
+                f"policies: {name}={','.join(map(str, trainings))}: several trainings of one "
+                "policy are files or classes of their own; different policies need a name each"
+            )
+        sources = [find(training, trust_pickles) for training in trainings]
+        found.append(NamedPolicy(name, tuple(sources)))
+    return tuple(found)
+
+
+def check_fit(policies: Sequence[NamedPolicy], suite: Suite) -> None:
+    """Makes every policy for every condition and lets it decide once.
+
+    Raises:
+        ValueError, TypeError: it cannot be made, or does not act as ``Policy`` says.
+    """
+    for policy in policies:
+        for source in policy.trainings:
+            for condition in suite.conditions:
+                try:
+                    _check_decision(source, condition.params, suite.seed)
+                except ValueError as error:
+                    raise ValueError(
+                        f"{policy.name} in condition {condition.name!r}: {error}"
+                    ) from error
+
+
+def _check_decision(source: PolicySource, params: EnvParams, seed: int) -> None:
+    policy: Any = source.make(params)
+    if not hasattr(policy, "act"):
+        raise ValueError(f"{source.word} is not a policy: it has no method act")
+    simulation = Simulation(params)
+    observation = simulation.reset(seeds=[seed])
+    arguments = (simulation.sensed, observation, None, np.ones(1, dtype=np.bool_))
+    try:
+        inspect.signature(policy.act).bind(*arguments)
+    except TypeError as error:
+        raise ValueError(
+            f"{source.word}: act must take (sensed, observation, memory, fresh): {error}"
+        ) from error
+    try:
+        decided = policy.act(*arguments)
+    except Exception:
+        return  # It fails its episodes, one by one, and each is named.
+    if not (isinstance(decided, tuple) and len(decided) == 2):
+        raise ValueError(
+            f"{source.word}: act returned {type(decided).__name__}: return (action, memory)"
+        )
+    checked_action(decided[0], (1, params.num_boats, 2))

@@ -1,20 +1,29 @@
-"""What is to be compared, and how: everything checked before anything is run or replaced."""
+"""What is to be compared: checked before anything is run or replaced, then run episode by episode.
 
-from __future__ import annotations
+``Request`` is the comparison, ``run`` adds its missing episodes to a store, and ``collect`` reads
+all of them.
+"""
 
-import os
-from collections.abc import Mapping
+import sys
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
+from baselines.evaluate import workers
 from baselines.evaluate.code_identity import fingerprint, identify, own_functions
-from baselines.evaluate.conditions import Suite
-from baselines.evaluate.named_policies import NamedPolicy, check_fit
+from baselines.evaluate.conditions import Condition, Suite
+from baselines.evaluate.policy_sources import NamedPolicy, check_fit
 from baselines.evaluate.report import document
+from baselines.evaluate.results import Results
 from baselines.evaluate.store import NAME as STORE
-from baselines.rollout import provenance
+from baselines.evaluate.store import RunKey, Store
+from baselines.evaluate.workers import Job
+from baselines.rollout import files, provenance, trajectories
+from baselines.rollout.episodes import Label
 
 FILES = ("episodes.csv", "summary.json", *document.FILES)
 """Files that a comparison leaves in its folder."""
@@ -26,17 +35,7 @@ LEAST = {"workers": 0, "num_envs": 1, "replays": 0}
 
 @dataclass(frozen=True)
 class Request:
-    """A comparison that can be run.
-
-    Attributes:
-        suite: conditions and seeds.
-        policies: policies; the others are compared with the first.
-        out: folder of the run.
-        workers: number of processes; 0 runs everything in this one.
-        num_envs: number of worlds side by side in a process.
-        replays: number of first episodes of each condition that the report replays.
-        record: whether trajectories are saved too.
-        overwrite: whether what is in the way may be replaced.
+    """A comparison that can be run; the attributes are those arguments of ``compare``.
 
     Raises:
         ValueError, TypeError: a number out of range, or a policy that does not fit the suite.
@@ -68,10 +67,7 @@ class Request:
     @cached_property
     def fingerprints(self) -> Mapping[str, list[str]]:
         """Fingerprints of the trainings of each policy, by name."""
-        return {
-            policy.name: [source.fingerprint() for source in policy.trainings]
-            for policy in self.policies
-        }
+        return {p.name: [source.fingerprint() for source in p.trainings] for p in self.policies}
 
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
@@ -87,6 +83,13 @@ class Request:
             **({"definition of the task or the observation": sorted(own)} if own else {}),
         }
 
+    def runs(self) -> Iterator[tuple[RunKey, Condition, NamedPolicy]]:
+        """Yields every training of every policy in every condition."""
+        for condition in self.suite.conditions:
+            for policy in self.policies:
+                for number in range(len(policy.trainings)):
+                    yield RunKey(condition.name, policy.name, number), condition, policy
+
 
 def check_least(name: str, value: int, least: int) -> None:
     """Refuses a number that is not whole or below the least that it may be."""
@@ -94,8 +97,57 @@ def check_least(name: str, value: int, least: int) -> None:
         raise ValueError(f"{name}={value}: must be a whole number of at least {least}")
 
 
-def cores() -> int:
-    """Returns the number of processor cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+def run(request: Request, store: Store, progress: bool) -> None:
+    """Runs the missing episodes, stores each as it ends, and shows a bar if ``progress``."""
+    jobs = [_job(request, store, *each) for each in request.runs()]
+    total = len(jobs) * request.suite.episodes
+    done = total - sum(len(job.seeds) for job in jobs)
+    with tqdm(
+        total=total, initial=done, unit="episode", file=sys.stderr, disable=not progress
+    ) as bar:
+        for key, log in workers.run([job for job in jobs if job.seeds], request.workers):
+            store.add(key, log)
+            bar.set_description(f"{key.policy}, {key.condition}", refresh=False)
+            bar.update()
+
+
+def collect(request: Request, store: Store) -> Results:
+    """Returns the rows of all episodes of a comparison."""
+    rows: dict[tuple[str, str], list[Any]] = {}
+    for key, _, _ in request.runs():
+        training = list(store.rows(key, request.suite.seeds))
+        rows.setdefault((key.condition, key.policy), []).append(training)
+    return Results(request.suite, tuple(policy.name for policy in request.policies), rows)
+
+
+def _job(
+    request: Request, store: Store, key: RunKey, condition: Condition, policy: NamedPolicy
+) -> Job:
+    """Returns the job of the missing episodes of one training in one condition."""
+    seed = policy.training_seed(key.training)
+    record = None
+    if request.record:
+        record = trajectories.folder(request.out, condition.name, policy.name, seed)
+    done = _done(request, store, key, record)
+    return Job(
+        key,
+        condition.params,
+        policy.trainings[key.training],
+        request.fingerprints[policy.name][key.training],
+        Label(policy.name, seed, condition.name, condition.scenario_name),
+        [seed for seed in request.suite.seeds if seed not in done],
+        request.num_envs,
+        record,
+    )
+
+
+def _done(request: Request, store: Store, key: RunKey, record: Path | None) -> set[int]:
+    """Returns the seeds of episodes that are stored, and recorded where that was asked for."""
+    if record is None:
+        return store.seeds(key)
+    files.remove_parts(record)
+    return {
+        row.seed
+        for row in store.rows(key, request.suite.seeds)
+        if row.error or trajectories.holds(record, row)
+    }

@@ -1,13 +1,12 @@
 """Rows of finished episodes, by condition, policy and training; and ``episodes.csv``."""
 
-from __future__ import annotations
-
 import csv
 import io
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
+from itertools import product
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 import pandas as pd
@@ -17,6 +16,7 @@ from baselines.evaluate.conditions import Condition, Suite
 from baselines.rollout.episodes import COLUMNS, Episode
 from baselines.rollout.files import write_text
 
+T = TypeVar("T")
 HEADS = tuple("arm" if name == "condition" else name for name in COLUMNS)
 """Heads of the columns of ``episodes.csv``: those of the published version 1 files."""
 DTYPES: dict[Any, str] = {
@@ -31,14 +31,11 @@ DTYPE = {name: DTYPES[kind] for name, kind in get_type_hints(Episode).items()}
 class Results:
     """All episodes of a comparison.
 
-    Attributes:
-        suite: suite that was run, with as many episodes as were run.
-        policies: names, in order; the others are compared with the first.
-        rows: by condition and policy: S trainings (1 of a scripted policy) of E episodes each.
+    Rows by condition and policy are S trainings (1 of a scripted policy) of E episodes each.
     """
 
-    suite: Suite
-    policies: tuple[str, ...]
+    suite: Suite  # the suite that was run, with as many episodes as were run
+    policies: tuple[str, ...]  # names, in order; the others are compared with the first
     rows: Mapping[tuple[str, str], Sequence[Sequence[Episode]]]
 
     def column(self, condition: str, policy: str, name: str) -> Float:
@@ -52,24 +49,24 @@ class Results:
         return self.column(condition, policy, "success") > 0
 
     def placed(self, condition: str, policy: str, tolerance: float) -> Bool:
-        """Returns whether the vessel was placed within a number of tolerances, (S, E).
+        """Returns whether the vessel was, when nearest to its goal, within so many tolerances.
 
-        It is judged at the instant at which the vessel was nearest to its goal, as in the paper,
-        at rest or not.
+        The result has the shape (S, E). As in the paper, it need not be at rest.
         """
-        by_name = {one.name: one for one in self.suite.conditions}
-        task = by_name[condition].params.task
+        task = next(c.params.task for c in self.suite.conditions if c.name == condition)
         distance = self.column(condition, policy, "min_position_error")
         heading = np.abs(self.column(condition, policy, "heading_error_at_min"))
-        placed: Bool = (distance <= tolerance * task.position_tolerance) & (
-            heading <= tolerance * task.heading_tolerance
-        )
-        return placed
+        near: Bool = distance <= tolerance * task.position_tolerance
+        return near & (heading <= tolerance * task.heading_tolerance)
 
     def scores(self, condition: str, policy: str) -> Float:
         """Returns the time until the task was done (S, E), s; infinite where it was not."""
         duration = self.column(condition, policy, "duration")
         return np.where(self.success(condition, policy), duration, np.inf)
+
+    def by_policy(self, method: Callable[..., T], condition: str, *more: Any) -> dict[str, T]:
+        """Returns what a method, such as ``success``, gives for each policy in a condition."""
+        return {policy: method(condition, policy, *more) for policy in self.policies}
 
     def __iter__(self) -> Iterator[Episode]:
         """Yields all rows, by condition, policy, training and seed."""
@@ -90,20 +87,18 @@ def of_rows(suite: Suite, rows: Iterable[Episode]) -> Results:
     if not rows:
         raise ValueError(f"there are no episodes of {suite.name}")
     suite = suite.first(rows[-1].seed - suite.seed + 1)
-    found: dict[str, dict[str, dict[int, list[Episode]]]] = {}
+    found: dict[str, dict[tuple[str, int], list[Episode]]] = {}
     for row in rows:
-        trainings = found.setdefault(row.policy, {}).setdefault(row.condition, {})
-        trainings.setdefault(-1 if row.training_seed is None else row.training_seed, []).append(row)
+        number = -1 if row.training_seed is None else row.training_seed
+        found.setdefault(row.policy, {}).setdefault((row.condition, number), []).append(row)
     kept = {}
-    for policy, conditions in found.items():
-        numbers = sorted(next(iter(conditions.values())))
-        wanted = {condition.name: numbers for condition in suite.conditions}
-        if {name: sorted(trainings) for name, trainings in conditions.items()} != wanted:
+    for policy, trainings in found.items():
+        numbers = sorted({number for _, number in trainings})
+        if set(trainings) != set(product([c.name for c in suite.conditions], numbers)):
             raise ValueError(f"{policy}: its conditions are not those of {suite.name}")
         for condition in suite.conditions:
-            trainings = conditions[condition.name]
-            kept[condition.name, policy] = [trainings[number] for number in numbers]
-            for training in trainings.values():
+            kept[condition.name, policy] = [trainings[condition.name, k] for k in numbers]
+            for training in kept[condition.name, policy]:
                 _check(suite, condition, training)
     return Results(suite, tuple(found), kept)
 
@@ -133,11 +128,7 @@ def write_csv(path: Path, rows: Iterable[Episode]) -> None:
 
 
 def read_csv(path: Path) -> list[Episode]:
-    """Returns the rows of a file.
-
-    Raises:
-        ValueError: it has other columns, or a value of another type.
-    """
+    """Returns the rows of a file; ValueError if it has other columns or values of other types."""
     if path.read_text(encoding="utf-8").partition("\n")[0] != ",".join(HEADS):
         raise ValueError(f"{path}: columns must be {', '.join(HEADS)}")
     try:

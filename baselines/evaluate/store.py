@@ -5,8 +5,6 @@ Episodes follow from these alone. So an episode that is there is never run again
 different provenance are never mixed.
 """
 
-from __future__ import annotations
-
 import json
 import sqlite3
 import zlib
@@ -51,16 +49,10 @@ class RunKey:
 
 
 class Store:
-    """The database of an output folder.
+    """The database of an output folder, which need not exist.
 
-    Args:
-        folder: need not exist.
-        provenance: suite, code and libraries, by name.
-        policies: fingerprints of the policies, by name.
-        replace: whether episodes of other provenance or of other policies may be removed.
-
-    Attributes:
-        dropped: policies whose episodes have been removed.
+    Its episodes have a provenance (suite, code and libraries, by name), and policies fingerprints.
+    With ``replace``, those of others may be removed; ``dropped`` names their policies.
 
     Raises:
         FileExistsError: the folder holds episodes of other provenance, or another run writes to it.

@@ -4,15 +4,16 @@ A published suite never changes: its ``digest`` is kept in the tests, and a suit
 change takes a new name. ``SUITES.register`` adds one of your own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
 from typing import Any
 
 from asv_env.params import EnvParams
 from asv_env.registry import Registry
 from baselines.evaluate.conditions import CUSTOM, Condition, Suite
 from baselines.paper.paper_numbers import PAPER_GOAL
+from baselines.rollout import seeds
 
 PLANK_AREA = 0.40 * 0.15
 """Area of the vessel seen from above, m^2: all shapes have this area and the same mass."""
@@ -33,6 +34,14 @@ def _shaped(aspect: float) -> dict[str, Any]:
     return {"vessel": {"length": length, "width": PLANK_AREA / length, "mass": 0.60}}
 
 
+def _against(control: Condition, changes: dict[str, tuple[str, Any]]) -> list[Condition]:
+    """Returns conditions by name, with a description and options: all else is as in the control."""
+    return [
+        replace(control, name=name, about=about, control=control.name, options=options)
+        for name, (about, options) in changes.items()
+    ]
+
+
 def _robust() -> tuple[Condition, ...]:
     control = Condition("control", "four boats, still water, exact measurement")
     six = Condition("control-6", "the same with six boats", num_boats=6)
@@ -48,59 +57,36 @@ def _robust() -> tuple[Condition, ...]:
             "thrust of each motor ±15 %, lag 0.05 to 0.3 s",
             {"variation": {"thrust": 0.15, "lag": (0.05, 0.3)}},
         ),
-        "hulls": (
-            "mass ±20 %, drag ±30 % of each hull",
-            {"variation": {"mass": 0.2, "drag": 0.3}},
-        ),
+        "hulls": ("mass ±20 %, drag ±30 % of each hull", {"variation": {"mass": 0.2, "drag": 0.3}}),
         "friction-low": ("contact friction 0.1", {"water": {"contact_friction": 0.1}}),
         "friction-high": ("contact friction 0.6", {"water": {"contact_friction": 0.6}}),
     }
-    conditions = [
-        Condition(name, about, control.name, options=options)
-        for name, (about, options) in disturbed.items()
-    ]
+    harsh, failing = "scenario `harsh`: all at once, a failing boat", "one of six boats fails"
     return (
         control,
-        *conditions,
-        Condition(
-            "harsh", "scenario `harsh`: all at once, a failing boat", "control", scenario="harsh"
-        ),
+        *_against(control, disturbed),
+        Condition("harsh", harsh, "control", scenario="harsh"),
         six,
-        Condition("failure-6", "one of six boats fails", six.name, scenario="failure", num_boats=6),
+        replace(six, name="failure-6", about=failing, control=six.name, scenario="failure"),
     )
 
 
 def _teams() -> tuple[Condition, ...]:
+    noisy = Condition("", scenario="noisy")
     return tuple(
-        Condition(
-            f"{team}-boats", f"{team} boats, scenario `noisy`", scenario="noisy", num_boats=team
-        )
-        for team in (2, 3, 4, 6, 8, 12, 20, 32)
+        replace(noisy, name=f"{n}-boats", about=f"{n} boats, scenario `noisy`", num_boats=n)
+        for n in (2, 3, 4, 6, 8, 12, 20, 32)
     )
 
 
 def _shapes() -> tuple[Condition, ...]:
-    aspects = [
-        Condition(
-            f"aspect-{aspect:g}",
-            f"length {aspect:g} times the width, scenario `noisy`",
-            "plank",
-            scenario="noisy",
-            options=_shaped(aspect),
-        )
-        for aspect in (1.0, 1.5, 2.0, 4.0, 6.0)
-    ]
-    return (
-        Condition("plank", "the nominal plank, 2.67 times as long as wide", scenario="noisy"),
-        *aspects,
-        Condition(
-            "no-fins",
-            "the plank without its fins, scenario `noisy`",
-            "plank",
-            scenario="noisy",
-            options={"vessel": {"fins": 0.0}},
-        ),
-    )
+    plank = Condition("plank", "the nominal plank, 2.67 times as long as wide", scenario="noisy")
+    others = {
+        f"aspect-{ratio:g}": (f"length {ratio:g} times the width, scenario `noisy`", _shaped(ratio))
+        for ratio in (1.0, 1.5, 2.0, 4.0, 6.0)
+    }
+    others["no-fins"] = "the plank without its fins, scenario `noisy`", {"vessel": {"fins": 0.0}}
+    return (plank, *_against(plank, others))
 
 
 _PLANE = (
@@ -158,3 +144,40 @@ def find(given: str | Suite | Condition | EnvParams | Sequence[Condition]) -> Su
     if len(set(names)) < len(names):
         raise ValueError(f"suite={', '.join(names)}: give each condition a name of its own")
     return Suite(CUSTOM, "Conditions given from Python.", conditions, episodes=100)
+
+
+def sweep(
+    task: Sequence[Any] = ("transport",),
+    scenario: Sequence[Any] = ("nominal",),
+    num_boats: Sequence[int | None] = (None,),
+    preset: str = "nominal",
+    goal: tuple[float, ...] | None = None,
+    seed: int = 0,
+    episodes: int = 100,
+) -> Suite:
+    """Returns a suite with a condition for each combination of task, scenario and team size.
+
+    They are as in ``Condition``, seed and episodes as in ``Suite``. The goal is a pose of the
+    vessel, m, m, rad; None draws one for each episode.
+
+    Raises:
+        ValueError: an unknown name, a value out of range, or one that is given twice.
+    """
+    for name, values in {"task": task, "scenario": scenario, "num_boats": num_boats}.items():
+        if any(value in values[:k] for k, value in enumerate(values)):
+            raise ValueError(f"{name}={' '.join(map(str, values))}: name each once")
+    if seed < 0:
+        raise ValueError(f"seed={seed}: must be at least 0")
+    if seed + episodes >= seeds.TRAINING.stop:
+        raise ValueError(f"seed={seed}: must lie below {seeds.TRAINING.stop}")
+    options: dict[str, Any] = {} if goal is None else {"goal": goal}
+    conditions = []
+    for one_task, one_scenario, team in product(task, scenario, num_boats):
+        condition = Condition("", "", None, one_task, one_scenario, preset, team, options)
+        parts = [condition.task_name] * (len(task) > 1)
+        parts += [f"{condition.params.num_boats} boats"] * (len(num_boats) > 1)
+        parts += [condition.scenario_name] * (len(scenario) > 1 or not parts)
+        conditions.append(replace(condition, name=", ".join(parts)))
+    names = [[c.task_name for c in conditions], [c.scenario_name for c in conditions]]
+    about = "; ".join(", ".join(dict.fromkeys(own)) for own in names)
+    return Suite(CUSTOM, about, tuple(conditions), seed, episodes)

@@ -1,7 +1,5 @@
 """Summary of the episodes of a comparison, as plain values for ``summary.json``."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -20,21 +18,13 @@ TOLERANCES = (0.5, 1.0, 2.0)
 
 @dataclass(frozen=True)
 class Measure:
-    """A column that is summarised.
+    """A column that is summarised."""
 
-    Attributes:
-        label: name in tables.
-        unit: unit in tables.
-        scale: factor from the column's unit to that of tables.
-        signed: whether its sign counts; else magnitudes are summarised.
-        least: least possible value, below which no interval of a mean reaches.
-    """
-
-    label: str
-    unit: str
-    scale: float = 1.0
-    signed: bool = True
-    least: float = 0.0
+    label: str  # name in tables
+    unit: str  # unit in tables
+    scale: float = 1.0  # factor from the column's unit to that of tables
+    signed: bool = True  # whether its sign counts; else magnitudes are summarised
+    least: float = 0.0  # least possible value, below which no interval of a mean reaches
 
 
 MEASURES = {
@@ -134,14 +124,12 @@ def _bounded(estimate: Estimate, least: float) -> dict[str, Any]:
 def _comparison(
     results: Results, first: tuple[str, str], second: tuple[str, str]
 ) -> dict[str, Any]:
-    """Compares one condition and policy with another, episode by episode.
+    """Returns how one condition and policy compare with another, episode by episode.
 
-    Returns:
-        Differences first - second of ``success`` and of the columns that both have, over the
-        episodes to which they apply in both; ``mcnemar``, the p-value of a difference in
-        success (None where a policy has several trainings); ``improvement``, the probability
-        that the first is done sooner in the same episode (ties count half, and a failure is
-        later than any success).
+    That is the differences first - second of ``success`` and of the columns that both have, where
+    they apply in both; ``mcnemar``, the p-value of a difference in success (None where a policy has
+    several trainings); ``improvement``, the probability that the first is done sooner in the same
+    episode (ties count half, and a failure is later than any success).
     """
     successes = results.success(*first), results.success(*second)
     single = len(successes[0]) == len(successes[1]) == 1

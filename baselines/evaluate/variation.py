@@ -4,8 +4,6 @@ Tables hold one number for each pair of trainings and each episode, shape (S1, S
 ``statistics``.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special

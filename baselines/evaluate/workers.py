@@ -14,8 +14,6 @@ What joblib does not do is done here:
 * A single worker is this process itself, which needs no batches.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import signal
@@ -25,6 +23,7 @@ import traceback
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Self
 
 from joblib import Parallel, delayed, effective_n_jobs, parallel_config
 from joblib.externals.loky import get_reusable_executor
@@ -39,6 +38,8 @@ from baselines.rollout.episodes import Label, PoseLog
 
 POLL = 0.5
 """Time between two looks of a worker at whether its parent is alive, s."""
+WATCH = "watch of the parent"
+"""Name of the thread that looks."""
 
 
 class WorkerError(RuntimeError):
@@ -47,44 +48,28 @@ class WorkerError(RuntimeError):
 
 @dataclass(frozen=True)
 class Job:
-    """Episodes of one run.
+    """Episodes of one run."""
 
-    Attributes:
-        key: run to which they belong.
-        params: parameters of the environment.
-        source: source of the policy.
-        fingerprint: fingerprint of the source when it was checked.
-        label: names of policy and condition, for the rows.
-        seeds: one an episode.
-        num_envs: worlds side by side.
-        record: folder for trajectories; None records none.
-    """
-
-    key: RunKey
+    key: RunKey  # run to which they belong
     params: EnvParams
     source: PolicySource
-    fingerprint: str
-    label: Label
-    seeds: Sequence[int]
-    num_envs: int
-    record: Path | None = None
+    fingerprint: str  # that of the source when it was checked
+    label: Label  # names of policy and condition, for the rows
+    seeds: Sequence[int]  # one an episode
+    num_envs: int  # worlds side by side
+    record: Path | None = None  # folder for trajectories; None records none
 
     def run(self) -> Iterator[PoseLog]:
-        """Yields logs in the order in which the episodes end; trajectories are saved by then.
-
-        Raises:
-            ValueError: the policy has changed since it was checked.
-        """
+        """Yields logs as the episodes end, trajectories saved; ValueError if the policy changed."""
         if self.source.fingerprint() != self.fingerprint:
             raise ValueError(f"{self.source.word} has changed since the run began: start it again")
-        make, record = self.source.make, self.record
-        arguments = (make, self.params, self.seeds, self.num_envs, self.label, record is not None)
-        for log in runner.run(*arguments):
-            if record is not None:
-                trajectories.save(record, log, self.params)
+        run = (self.source.make, self.params, self.seeds, self.num_envs, self.label)
+        for log in runner.run(*run, self.record is not None):
+            if self.record is not None:
+                trajectories.save(self.record, log, self.params)
             yield replace(log, trajectory=None)
 
-    def batches(self, workers: int) -> Iterator[Job]:
+    def batches(self, workers: int) -> Iterator[Self]:
         """Yields the job in parts whose episodes all run side by side, at least one a worker."""
         size = max(1, min(self.num_envs, -(-len(self.seeds) // workers)))
         for first in range(0, len(self.seeds), size):
@@ -147,12 +132,7 @@ def _run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
 
 
 def _run_batch(job: Job, parent: int) -> tuple[RunKey, list[PoseLog]]:
-    """Runs a batch in a worker.
-
-    Args:
-        job: the batch.
-        parent: identity of the process that asked for it.
-    """
+    """Runs a batch in a worker of the process ``parent``."""
     if os.getppid() == parent:
         _become_child(parent)
     return job.key, list(job.run())
@@ -162,18 +142,12 @@ def _become_child(parent: int) -> None:
     """Makes this process leave Ctrl-C to its parent, and end with it."""
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if not any(isinstance(thread, _Watch) for thread in threading.enumerate()):
-        _Watch(parent).start()
+    if WATCH not in {thread.name for thread in threading.enumerate()}:
+        threading.Thread(target=_watch, args=(parent,), name=WATCH, daemon=True).start()
 
 
-class _Watch(threading.Thread):
+def _watch(parent: int) -> None:
     """Ends this process when its parent is gone."""
-
-    def __init__(self, parent: int) -> None:
-        super().__init__(daemon=True)
-        self._parent = parent
-
-    def run(self) -> None:
-        while os.getppid() == self._parent:
-            time.sleep(POLL)
-        os._exit(1)
+    while os.getppid() == parent:
+        time.sleep(POLL)
+    os._exit(1)

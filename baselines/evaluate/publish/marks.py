@@ -2,21 +2,13 @@
 
 
 def check(text: str, start: str, end: str) -> None:
-    """Checks that a page has both lines, once each and in their order.
-
-    Raises:
-        ValueError: it has not.
-    """
+    """Raises ValueError unless a page has both lines, once each and in their order."""
     if text.count(start) != 1 or text.count(end) != 1 or text.index(start) > text.index(end):
         raise ValueError(f"the page needs a line {start!r} and below it a line {end!r}, once each")
 
 
 def replaced(text: str, start: str, end: str, content: str) -> str:
-    """Returns the text of a page with other content between the two lines.
-
-    Raises:
-        ValueError: see ``check``.
-    """
+    """Returns the text of a page with other content between the two lines; see ``check``."""
     check(text, start, end)
     before, _, rest = text.partition(start)
     _, _, after = rest.partition(end)

@@ -12,7 +12,7 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
 
@@ -36,24 +36,14 @@ ROUNDING = 1e-6
 """Tolerance within which numbers of an episode are the same, relative and in m, rad and s."""
 
 
-@dataclass(frozen=True)
-class Options:
-    """Adds the policies of a run to published results of the same suite."""
-
-    run: tyro.conf.Positional[Path]
-    """Folder of the run, with as many episodes of each condition or more."""
-    published: tyro.conf.Positional[Path]
-    """Folder of the published results."""
-    checked: int = 5
-    """Number of episodes of each condition and published policy that are run again."""
-
-
-def add(run: Path, published: Path, checked: int) -> None:
-    """Adds the policies of a run to published results; they replace those of the same names.
+def add(
+    run: tyro.conf.Positional[Path], published: tyro.conf.Positional[Path], checked: int = 5
+) -> None:
+    """Adds policies to published results of the same suite; those of the same names are replaced.
 
     Args:
-        run: folder of a run of the same suite, with as many episodes or more.
-        published: folder of the results.
+        run: folder of the run, with as many episodes of each condition or more.
+        published: folder of the published results.
         checked: number of episodes of each condition and published policy that are run again.
 
     Raises:
@@ -80,11 +70,7 @@ def add(run: Path, published: Path, checked: int) -> None:
 
 
 def _check_provenance(run: Path, new: dict[str, Any], published: Path, old: dict[str, Any]) -> None:
-    """Checks the summaries of two runs.
-
-    Raises:
-        ValueError: the runs cannot be compared.
-    """
+    """Raises ValueError where the summaries are of runs that cannot be compared."""
     for name in SAME:
         there, here = old["provenance"][name], new["provenance"][name]
         if there != here:
@@ -101,8 +87,7 @@ def _check_provenance(run: Path, new: dict[str, Any], published: Path, old: dict
 def check(suite: Suite, results: Results, count: int) -> None:
     """Runs the first ``count`` episodes of every condition and policy again.
 
-    Raises:
-        ValueError: half of them or more differ, or one of them ends differently.
+    Raises ValueError where half of them or more differ, or one of them ends differently.
     """
     pairs = [(condition, policy) for condition in suite.conditions for policy in results.policies]
     for condition, policy in tqdm(pairs, desc="published episodes, run again"):
@@ -133,9 +118,8 @@ def _same(first: Episode, second: Episode) -> bool:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Adds policies; exits with a message where that fails."""
-    options = tyro.cli(Options, args=arguments, prog=PROGRAM)
     try:
-        add(options.run, options.published, options.checked)
+        tyro.cli(add, args=arguments, prog=PROGRAM)
     except (ValueError, OSError) as error:
         sys.exit(f"{PROGRAM}: {error}")
 

@@ -45,11 +45,7 @@ def page(folder: Path) -> str:
 
 
 def of_networks(file: Path) -> list[dict[str, Any]]:
-    """Returns the model card of each network of a policy file.
-
-    Raises:
-        ValueError: it is not a policy file.
-    """
+    """Returns the model card of each network of a policy file."""
     _, card = policy_file.read(file)
     cards: list[dict[str, Any]] = card.get("phases", [card])
     return cards

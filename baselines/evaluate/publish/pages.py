@@ -10,16 +10,33 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import tyro
 
-from baselines.evaluate.publish import marks, model_cards, suite_tables
-from baselines.evaluate.publish.suite_tables import FOLDER, PROGRAM
+from asv_env.types import Float
+from baselines.evaluate import statistics
+from baselines.evaluate.conditions import Condition
+from baselines.evaluate.publish import marks, model_cards
 from baselines.evaluate.report import rendering
 from baselines.evaluate.results import Results, of_rows, read_csv
 from baselines.evaluate.suites import SUITES
+from baselines.evaluate.tables import formats
+from baselines.evaluate.tables.formats import NOTHING
+from baselines.evaluate.tables.table import grid
 from baselines.learned import shipped
 from baselines.rollout import files
 
+PROGRAM = "python -m baselines.evaluate.publish"
+FOLDER = "docs/results"
+HEADS = ("condition", "what it is", "policy", "success", "difference", "distance [cm]", "time [s]")
+INTRODUCTION = f"""\
+# Results on the suites
+
+Written by `{PROGRAM}` from the `episodes.csv` of each suite. Success
+with its 95 % interval; the smallest distance to the goal and the time to it are medians, the time
+of the episodes that were delivered. *Difference*: of success from that of the first policy on the
+same episodes. Each folder also holds the report of its run (`report.md`).
+"""
 START = f"<!-- results: what follows is written by {PROGRAM} -->"
 END = "<!-- results: up to here -->"
 
@@ -37,12 +54,7 @@ class Options:
 
 
 def read(folder: Path) -> list[Results]:
-    """Returns the results of all suites in a folder, in the order of ``SUITES``.
-
-    Raises:
-        FileNotFoundError: there are none.
-        ValueError: rows are not those of the suite.
-    """
+    """Returns the results of all suites in a folder, one or more, in the order of ``SUITES``."""
     paths = {name: folder / name / "episodes.csv" for name in SUITES}
     found = [of_rows(SUITES[name], read_csv(path)) for name, path in paths.items() if path.exists()]
     if not found:
@@ -51,15 +63,11 @@ def read(folder: Path) -> list[Results]:
 
 
 def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
-    """Returns the text of every page, by path.
-
-    Raises:
-        ValueError: the page of the overview has no marks.
-    """
+    """Returns the text of every page, by path; ValueError where the overview's has no marks."""
     readme = options.page.read_text(encoding="utf-8")
     texts = {
-        options.page: marks.replaced(readme, START, END, suite_tables.overview(published)),
-        options.results / "README.md": suite_tables.page(published),
+        options.page: marks.replaced(readme, START, END, overview(published)),
+        options.results / "README.md": page(published),
         shipped.FOLDER / "README.md": model_cards.page(shipped.FOLDER),
     }
     for results in published:
@@ -70,6 +78,64 @@ def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
     return texts
 
 
+def overview(published: Sequence[Results]) -> str:
+    """Returns a table with a line a suite: every policy's mean success and worst condition."""
+    policies = list(dict.fromkeys(policy for results in published for policy in results.policies))
+    lines = [
+        [
+            f"`{results.suite.name}`",
+            f"{len(results.suite.conditions)} × {results.suite.episodes:,}",
+            *(_overall(results, p) if p in results.policies else NOTHING for p in policies),
+        ]
+        for results in published
+    ]
+    return grid(["suite", "conditions × episodes", *policies], lines, left=("suite",))
+
+
+def _overall(results: Results, policy: str) -> str:
+    """Returns the mean success over the conditions, and the worst of them."""
+    names = [condition.name for condition in results.suite.conditions]
+    rates = {name: float(results.success(name, policy).mean()) for name in names}
+    worst = min(rates, key=rates.__getitem__)
+    mean = formats.share(float(np.mean(list(rates.values()))))
+    return f"{mean} (worst: {worst}, {formats.share(rates[worst])})"
+
+
+def page(published: Sequence[Results]) -> str:
+    """Returns all conditions of all suites, in Markdown."""
+    parts = [INTRODUCTION.strip()]
+    for results in published:
+        suite, policies = results.suite, results.policies
+        lines = [_line(results, condition, p) for condition in suite.conditions for p in policies]
+        parts += [
+            f"## {suite.name}",
+            f"{suite.about} {suite.episodes:,} episodes a condition.",
+            grid(HEADS, lines, left=HEADS[:3]),
+            f"`python -m baselines.evaluate --suite {suite.name} --policies {' '.join(policies)} "
+            f"--episodes {suite.episodes} --out {FOLDER}/{suite.name}`",
+        ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _line(results: Results, condition: Condition, policy: str) -> list[str]:
+    first = results.policies[0]
+    success, reference = (results.success(condition.name, name) for name in (policy, first))
+    difference = statistics.difference_in_success(success, reference)
+    return [
+        *([condition.name, condition.about] if policy == first else ["", ""]),
+        policy,
+        formats.share_estimate(vars(statistics.proportion(success))),
+        formats.points(vars(difference)) if policy != first else NOTHING,
+        _median(results.column(condition.name, policy, "min_position_error"), "cm", 100.0),
+        _median(results.column(condition.name, policy, "time_to_goal"), "s"),
+    ]
+
+
+def _median(values: Float, unit: str, scale: float = 1.0) -> str:
+    present = values[np.isfinite(values)]
+    return formats.quantity(float(np.median(present)), unit, scale) if len(present) else NOTHING
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Writes the pages, or checks them; exits with a message where that fails."""
     options = tyro.cli(Options, args=arguments, prog=PROGRAM)
@@ -77,11 +143,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         texts = pages(read(options.results), options)
     except (ValueError, OSError) as error:
         sys.exit(f"{PROGRAM}: {error}")
-    stale = {
-        path: text
-        for path, text in texts.items()
-        if not path.exists() or path.read_text(encoding="utf-8") != text
-    }
+    written = {path: path.read_text(encoding="utf-8") for path in texts if path.exists()}
+    stale = {path: text for path, text in texts.items() if written.get(path) != text}
     if options.check and stale:
         sys.exit(f"stale: {', '.join(map(str, stale))}: run {PROGRAM}")
     for path, text in stale.items():

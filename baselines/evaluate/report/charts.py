@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 from typing import Any
 
@@ -13,7 +14,7 @@ from asv_env.params import NOMINAL_LENGTH
 from asv_env.render.layout import outline
 from asv_env.types import Float
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.report import bars, durations, maps, placement
+from baselines.evaluate.report import policy_panels, single_panel
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import formats
 from baselines.paper.paper_numbers import PAPER_HEADING, PAPER_POSITION
@@ -22,14 +23,9 @@ from baselines.rollout.episodes import PoseLog
 
 @dataclass(frozen=True)
 class Chart:
-    """A figure in a page.
+    """A figure with a heading and a caption that says how to read it.
 
-    Attributes:
-        name: unique in its section; letters and hyphens.
-        title: its heading.
-        figure: what it shows.
-        caption: how to read it.
-        wide: whether it takes the whole width of the page.
+    Its name, letters and hyphens, is unique in its section. A wide one takes the whole page.
     """
 
     name: str
@@ -55,7 +51,7 @@ def overview(results: Results, summary: Mapping[str, Any]) -> Chart:
             "upright strokes show the success of the same policy in the control."
         )
     names = [condition.name for condition in conditions]
-    figure = bars.overview(names, controls, shares)
+    figure = single_panel.overview(names, controls, shares)
     return Chart("overview", "Success in every condition", figure, caption)
 
 
@@ -72,17 +68,10 @@ def _grouped(conditions: Sequence[Condition]) -> list[Condition]:
 def of_condition(
     results: Results, condition: Condition, logs: Mapping[str, Sequence[PoseLog]]
 ) -> Iterator[Chart]:
-    """Yields the charts of one condition.
-
-    Args:
-        results: all rows.
-        condition: one of the suite's.
-        logs: by policy, of the episodes that can be replayed.
-    """
+    """Yields the charts of one condition, given the logs to be replayed by policy."""
     yield _profile(results, condition)
     yield _times(results, condition)
-    failed = _failures(results, condition)
-    if failed is not None:
+    if failed := _failures(results, condition):
         yield failed
     if condition.params.definition.has_goal:
         yield _errors(results, condition)
@@ -92,18 +81,13 @@ def of_condition(
             yield _paths(results, condition, logs)
 
 
-def _columns(results: Results, condition: Condition, name: str) -> dict[str, Float]:
-    """Returns a column of the rows by policy, each (S, E) of trainings and episodes."""
-    return {policy: results.column(condition.name, policy, name) for policy in results.policies}
-
-
 def _profile(results: Results, condition: Condition) -> Chart:
-    scores = {policy: results.scores(condition.name, policy) for policy in results.policies}
+    scores = results.by_policy(results.scores, condition.name)
     caption = (
         "Share of the episodes that are done within a time; failures never are. Bands: 95 % "
         "intervals (Wilson's), each of one time on its own, from the first success on."
     )
-    figure = durations.profile(scores, _limit(condition))
+    figure = single_panel.profile(scores, condition.params.task.time_limit)
     return Chart("profile", "Done within a time", figure, caption, wide=False)
 
 
@@ -115,16 +99,14 @@ def _times(results: Results, condition: Condition) -> Chart:
         "episodes (their height means nothing); below them the median (ring) and the range of the "
         "middle 50 % (thick) and 90 % (thin)."
     )
-    columns = _columns(results, condition, f"time_to_{event}")
-    figure = durations.times(columns, label, _limit(condition))
+    columns = results.by_policy(results.column, condition.name, f"time_to_{event}")
+    figure = single_panel.times(columns, label, condition.params.task.time_limit)
     return Chart("times", label.capitalize(), figure, caption, wide=False)
 
 
 def _failures(results: Results, condition: Condition) -> Chart | None:
     """Returns the chart of the causes of failure; None where no episode failed."""
-    rows = {
-        policy: list(chain(*results.rows[condition.name, policy])) for policy in results.policies
-    }
+    rows = {p: list(chain(*results.rows[condition.name, p])) for p in results.policies}
     counts = {p: Counter(row.cause for row in some if row.cause) for p, some in rows.items()}
     if not any(counts.values()):
         return None
@@ -132,18 +114,18 @@ def _failures(results: Results, condition: Condition) -> Chart | None:
         "Failed episodes by cause, each excluding those before it: the darker, the earlier the "
         "episode went wrong. Numbers count episodes."
     )
-    figure = bars.failures(counts, {policy: len(some) for policy, some in rows.items()})
+    figure = single_panel.failures(counts, {policy: len(some) for policy, some in rows.items()})
     return Chart("failures", "Failures by cause", figure, caption)
 
 
 def _errors(results: Results, condition: Condition) -> Chart:
     task = condition.params.task
     paper = condition.params.vessel.length == NOMINAL_LENGTH
-    distance = _columns(results, condition, "min_position_error")
-    figure = placement.errors(
-        {policy: 100 * metres for policy, metres in distance.items()},
-        _columns(results, condition, "heading_error_at_min"),
-        {policy: results.success(condition.name, policy) for policy in results.policies},
+    columns = partial(results.by_policy, results.column, condition.name)
+    figure = policy_panels.errors(
+        {policy: 100 * metres for policy, metres in columns("min_position_error").items()},
+        columns("heading_error_at_min"),
+        results.by_policy(results.success, condition.name),
         (100 * task.position_tolerance, task.heading_tolerance),
         (PAPER_POSITION, PAPER_HEADING) if paper else None,
     )
@@ -167,16 +149,16 @@ def _goals(results: Results, condition: Condition) -> Chart:
     first = results.policies[0]
     columns = [results.column(condition.name, first, name)[0] for name in ("goal_x", "goal_y")]
     places = np.stack(columns, axis=-1)
-    success = {policy: results.success(condition.name, policy) for policy in results.policies}
+    success = results.by_policy(results.success, condition.name)
     caption = "Positions of the goals relative to the vessel's initial pose (grey, to scale). "
-    if len(places) > maps.SCATTERED:
+    if len(places) > policy_panels.SCATTERED:
         caption += "In each cell: the percentage of episodes that succeeded, and their number."
     else:
         caption += "Dots: delivered; crosses: failed."
     if any(len(trainings) > 1 for trainings in success.values()):
         caption += " Several trainings count with their mean."
     reach = max(condition.params.task.goal_distance[1], float(np.abs(places).max()))
-    figure = maps.goals(places, success, _hull(condition), reach)
+    figure = policy_panels.goals(places, success, _hull(condition), reach)
     return Chart("goals", "Success by place of the goal", figure, caption)
 
 
@@ -185,19 +167,13 @@ def _paths(results: Results, condition: Condition, logs: Mapping[str, Sequence[P
     done = {policy: [log.episode.success for log in some] for policy, some in logs.items()}
     pose = condition.params.task.goal
     goal = None if pose is None else _hull(condition, pose)
-    figure = maps.paths(paths, done, _hull(condition), goal)
+    figure = policy_panels.paths(paths, done, _hull(condition), goal)
     caption = (
         "Path of the vessel's centre in the replayed episodes, dashed and with a cross at its end "
         "where the episode failed. Grey: the vessel's initial pose"
     )
     caption += "." if goal is None else "; dashed outline: its goal."
     return Chart("paths", "Paths of the vessel", figure, caption)
-
-
-def _limit(condition: Condition) -> float:
-    limit = condition.params.task.time_limit
-    assert limit is not None
-    return limit
 
 
 def _hull(condition: Condition, pose: Sequence[float] = (0.0, 0.0, 0.0)) -> Float:

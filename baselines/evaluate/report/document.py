@@ -1,39 +1,24 @@
 """Writes the report of an evaluation.
 
-``charts`` makes the figures from the rows, ``replay`` packs episodes, ``content`` collects words
-and tables, and ``rendering`` fills in the templates of the web page and of its Markdown version.
+``charts`` makes the figures from the rows, ``replay`` packs episodes, and ``rendering`` fills words
+and tables into the templates of the web page and of its Markdown version.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import asv_env
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.report import cast, charts, palette, rendering, replay, svg
-from baselines.evaluate.report.cast import Cast
+from baselines.evaluate.report import charts, palette, rendering, replay, svg
 from baselines.evaluate.report.charts import Chart
-from baselines.evaluate.report.content import content
+from baselines.evaluate.report.replay import Cast
 from baselines.evaluate.report.svg import Svg
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Store
 from baselines.rollout import files
 
 FILES = ("report.html", "report.md")
-
-
-@dataclass(frozen=True)
-class Section:
-    """The part of the page about one condition.
-
-    Attributes:
-        charts: each with its figure as SVG.
-        episodes: data of those that can be replayed; see ``replay.episodes``.
-    """
-
-    charts: Sequence[tuple[Chart, Svg]]
-    episodes: Mapping[str, Any]
 
 
 def write(
@@ -49,17 +34,17 @@ def write(
         replays: number of first episodes of each condition that the page can replay; up to as many
             later ones are added in which a policy failed.
     """
-    players = cast.find(results, summary["policies"])
+    players = replay.find(results, summary["policies"])
     sections = {
         condition.name: _section(results, store, condition, f"condition-{number}", players, replays)
         for number, condition in enumerate(results.suite.conditions)
     }
-    seeds = {name: section.episodes["seeds"] for name, section in sections.items()}
+    seeds = {name: section["episodes"]["seeds"] for name, section in sections.items()}
     with svg.look():
         overview = _drawn(charts.overview(results, summary), "chart")
     page = rendering.render(
         "page.html",
-        **content(results, summary),
+        **rendering.content(results, summary),
         version=asv_env.__version__,
         colours=palette.by_policy(results.policies),
         overview=overview,
@@ -75,16 +60,17 @@ def write(
 
 def _section(
     results: Results, store: Store, condition: Condition, name: str, players: Cast, replays: int
-) -> Section:
-    seeds = cast.chosen(results, condition.name, players, replays)
-    logs = cast.logs(store, condition.name, players, seeds)
+) -> dict[str, Any]:
+    """Returns the figures of a condition, and the data of its episodes that can be replayed."""
+    seeds = replay.chosen(results, condition.name, players, replays)
+    logs = replay.logs(store, condition.name, players, seeds)
     shown = {
         policy: [log for player in players.of(policy) for log in logs[player.key].values()]
         for policy in results.policies
     }
     with svg.look():
         drawn = [_drawn(chart, name) for chart in charts.of_condition(results, condition, shown)]
-    return Section(drawn, replay.episodes(condition, players, logs, seeds))
+    return {"charts": drawn, "episodes": replay.episodes(condition, players, logs, seeds)}
 
 
 def _drawn(chart: Chart, section: str) -> tuple[Chart, Svg]:

@@ -1,16 +1,42 @@
-"""Templates of the report, filled in with Jinja2; HTML is escaped, Markdown is not."""
+"""The words and tables of a report, and its templates, filled in with Jinja2.
+
+Web page and Markdown show the same. HTML is escaped, Markdown is not.
+"""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
-from baselines.evaluate.report.content import content
 from baselines.evaluate.results import Results
-from baselines.evaluate.tables.formats import NOTHING
+from baselines.evaluate.tables import descriptions, formats
+from baselines.rollout.episodes import Episode
+
+SHOWN = 20  # largest number of broken episodes that are listed
+BROKEN = (
+    "In these episodes the policy raised an error or gave an invalid action. They count as "
+    "failures."
+)
+"""Explanation of the list of broken episodes."""
+METHODS = (
+    "Every policy meets the same episodes: initial states, goals, disturbances and noise follow "
+    "from the seed of an episode alone.",
+    "Shares have Wilson's interval; means and interquartile means (IQM) one by bootstrap-t over "
+    "the episodes. Times and errors count the episodes to which they apply: a policy that fails "
+    "often has few times to goal.",
+    "Where a policy was trained several times, trainings and episodes are crossed sources of "
+    "variance, and the intervals widen with the differences between trainings: runs of many "
+    "episodes do not replace many trainings.",
+    "Policies are compared within episodes, so that what makes an episode hard for both cancels. "
+    "To be sooner counts a failure as later than any success, and a tie as one half.",
+    "McNemar's test is exact and two-sided; it compares two single policies and is not given where "
+    "one was trained several times.",
+    "Every interval and every p holds on its own; nothing is adjusted for multiple comparisons.",
+)
+"""How the numbers were computed, point by point."""
 
 
 def markdown(results: Results, summary: Mapping[str, Any]) -> str:
@@ -21,6 +47,86 @@ def markdown(results: Results, summary: Mapping[str, Any]) -> str:
 def render(name: str, **values: Any) -> str:
     """Returns a template of the folder ``templates``, filled in with values."""
     return _environment().get_template(name).render(values)
+
+
+def content(results: Results, summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns what the templates of both reports show, by the names they use."""
+    compared = (
+        (f"Compared with {results.policies[0]}", descriptions.comparisons(summary)),
+        ("Compared with the control", descriptions.controls(summary)),
+    )
+    provenance = summary["provenance"]
+    return {
+        "summary": summary,
+        "ran": _ran(results, summary),
+        "policies": {
+            name: _policy(name, fingerprints) for name, fingerprints in summary["policies"].items()
+        },
+        "tables": [descriptions.results(summary), descriptions.measures(summary)],
+        "comparisons": [(heading, shown) for heading, shown in compared if shown.rows],
+        "conditions": _conditions(results, summary),
+        "broken": _broken(results),
+        "about_broken": BROKEN,
+        "methods": METHODS,
+        "provenance": provenance,
+        "libraries": ", ".join(f"{k} {v}" for k, v in provenance["set of libraries"].items()),
+    }
+
+
+def _ran(results: Results, summary: Mapping[str, Any]) -> str:
+    """Returns how much was run, such as "1 policy in 2 conditions of 8 episodes, seed 3"."""
+    low, high = summary["seeds"]
+    conditions = _counted(len(results.suite.conditions), "condition")
+    policies = _counted(len(results.policies), "policy", "policies")
+    seeds = f"seed {low}" if low == high else f"seeds {low} to {high}"
+    return f"{policies} in {conditions} of {_counted(results.suite.episodes, 'episode')}, {seeds}"
+
+
+def _policy(name: str, fingerprints: Sequence[str]) -> str:
+    """Returns a description of a policy from its fingerprints, one a training."""
+    first = fingerprints[0]
+    if len(fingerprints) > 1:
+        return f"{len(fingerprints)} trainings: {', '.join(fingerprints)}"
+    if len(first) == 16 and set(first) <= set("0123456789abcdef"):
+        return f"fingerprint {first}"
+    return "part of this package" if first == name else f"{first}, part of this package"
+
+
+def _conditions(results: Results, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Returns of each condition its name, a description, its successes and all its measures."""
+    described = []
+    for each in results.suite.conditions:
+        boats, control = _counted(each.params.num_boats, "boat"), each.control
+        parts = (each.about, boats, f"task {each.task_name}", control and f"control {control}")
+        policies = summary["conditions"][each.name]["policies"]
+        described.append(
+            {
+                "name": each.name,
+                "about": "; ".join(filter(None, parts)),
+                "shares": {p: formats.share(policies[p]["success"]["value"]) for p in policies},
+                "table": descriptions.of_condition(summary, each.name),
+            }
+        )
+    return described
+
+
+def _broken(results: Results) -> list[str]:
+    """Returns the first episodes that ended with an error of the policy, one a line."""
+    rows = [row for row in results if row.error]
+    lines = [_error(row) for row in rows[:SHOWN]]
+    if len(rows) > SHOWN:
+        lines.append(f"and {len(rows) - SHOWN} more: see the column error of episodes.csv")
+    return lines
+
+
+def _error(row: Episode) -> str:
+    training = "" if row.training_seed is None else f", training {row.training_seed}"
+    message = " ".join(str(row.error).split())
+    return f"{row.policy}{training}, {row.condition}, seed {row.seed}: {message}"
+
+
+def _counted(number: int, one: str, several: str | None = None) -> str:
+    return f"{number} {one if number == 1 else several or one + 's'}"
 
 
 def prose(text: str) -> Markup:
@@ -44,6 +150,6 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
     )
     environment.filters |= {"prose": prose, "bracket": bracket}
-    environment.globals["nothing"] = NOTHING
+    environment.globals["nothing"] = formats.NOTHING
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "ensure_ascii": False}
     return environment

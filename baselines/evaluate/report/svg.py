@@ -11,12 +11,11 @@ from matplotlib.figure import Figure
 
 from baselines.evaluate.report import palette
 
-PX_PER_INCH = 96
-"""CSS pixels an inch."""
-PT_PER_INCH = 72
-"""Points an inch, the unit of Matplotlib's SVG."""
-DPI = 160
-"""Resolution of the parts that are kept as pixels."""
+HALF = 5.3  # width of one of two figures side by side, inches
+FEW = 400  # largest number of marks in a panel that are drawn as vectors, not as pixels
+PX_PER_INCH = 96  # CSS pixels an inch
+PT_PER_INCH = 72  # points an inch, the unit of Matplotlib's SVG
+DPI = 160  # resolution of the parts that are kept as pixels
 THEME = {
     palette.BLACK: "currentColor",
     palette.GREY: "var(--muted)",
@@ -28,39 +27,26 @@ THEME = {
 _SETTINGS: dict[str, Any] = {
     "svg.fonttype": "none",  # text stays text: it takes the page's font and can be searched
     "svg.hashsalt": "report",
-    "text.parse_math": False,  # names may have any letters
     "path.simplify_threshold": 0.15,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": palette.GREY,
-    "axes.linewidth": 0.8,
-    "axes.labelsize": 9.0,
-    "axes.labelcolor": palette.BLACK,
-    "axes.labelpad": 5.0,
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "axes.titlepad": 8.0,
     "axes.axisbelow": True,
     "axes.grid": True,
+    "axes.linewidth": 0.8,
+    "axes.titlelocation": "left",
+    "axes.titlepad": 8.0,
+    "axes.titlesize": 9.5,
     "grid.color": palette.PALE,
     "grid.linewidth": 0.7,
-    "xtick.color": palette.GREY,
-    "ytick.color": palette.GREY,
-    "xtick.labelcolor": palette.BLACK,
-    "ytick.labelcolor": palette.BLACK,
-    "xtick.labelsize": 8.5,
-    "ytick.labelsize": 8.5,
-    "xtick.major.size": 0.0,
-    "ytick.major.size": 0.0,
-    "xtick.major.pad": 5.0,
-    "ytick.major.pad": 5.0,
-    "font.size": 9.0,
-    "legend.fontsize": 8.5,
-    "legend.frameon": False,
     "legend.handlelength": 1.4,
-    "legend.borderaxespad": 0.0,
     "lines.linewidth": 1.6,
     "lines.solid_capstyle": "round",
+    "text.parse_math": False,  # names may have any letters
+    **dict.fromkeys(("axes.spines.top", "axes.spines.right", "legend.frameon"), False),
+    **dict.fromkeys(("axes.edgecolor", "xtick.color", "ytick.color"), palette.GREY),
+    **dict.fromkeys(("axes.labelcolor", "xtick.labelcolor", "ytick.labelcolor"), palette.BLACK),
+    **dict.fromkeys(("font.size", "axes.labelsize"), 9.0),
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 8.5),
+    **dict.fromkeys(("xtick.major.size", "ytick.major.size", "legend.borderaxespad"), 0.0),
+    **dict.fromkeys(("xtick.major.pad", "ytick.major.pad", "axes.labelpad"), 5.0),
 }
 
 
@@ -84,12 +70,7 @@ def look() -> AbstractContextManager[None]:
 
 
 def draw(figure: Figure, name: str) -> Svg:
-    """Returns a figure as SVG.
-
-    Args:
-        figure: made in the context ``look``.
-        name: unique in its page; letters, digits and hyphens.
-    """
+    """Returns a figure, made in the context ``look``, as SVG; its name is unique in the page."""
     file = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(file, format="svg", dpi=DPI, transparent=True, metadata=nothing)

@@ -1,25 +1,33 @@
 """A table of text, for the terminal, Markdown and HTML."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
+from typing import Any, Literal
 
 from baselines.evaluate.tables import formats
-from baselines.evaluate.tables.columns import Column
 from baselines.evaluate.tables.formats import NOTHING
+
+Kind = Literal["number", "words", "policy", "measure", "shared"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table.
+
+    Its kind is "number", flush right; "words", flush left; "policy" or "measure", a name; or
+    "shared", a name that all lines of a condition have in common.
+    """
+
+    head: str  # its heading
+    cell: Callable[[Any], str]  # returns the text of its cell from the subject of a line
+    group: str = ""  # heading above those of adjacent columns that belong together, if any
+    kind: Kind = "number"
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cells of text under headings.
-
-    Attributes:
-        name: unique among the tables of a report.
-        caption: what the table shows, in a sentence.
-        columns: its columns; the first ones name the subject of a line.
-        rows: its lines, each with a cell for every column.
-    """
+    """Cells of text under headings; its name is unique in a report."""
 
     name: str
     caption: str
@@ -29,7 +37,7 @@ class Table:
     @property
     def titles(self) -> list[str]:
         """Headings in a single line."""
-        return [column.title for column in self.columns]
+        return [f"{c.group}: {c.head}" if c.group else c.head for c in self.columns]
 
     @property
     def groups(self) -> list[tuple[str, list[Column]]]:
@@ -47,8 +55,8 @@ class Table:
     @property
     def markdown(self) -> str:
         """The table in Markdown."""
-        left = [column.title for column in self.columns if column.kind != "number"]
-        return grid(self.titles, self.rows, left)
+        pairs = zip(self.titles, self.columns, strict=True)
+        return grid(self.titles, self.rows, [t for t, c in pairs if c.kind != "number"])
 
     @property
     def text(self) -> str:
@@ -73,13 +81,7 @@ def tabulated(name: str, caption: str, heads: Iterable[Column], subjects: Sequen
 
 
 def grid(heads: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> str:
-    """Returns cells as a table in Markdown.
-
-    Args:
-        heads: headings of the columns.
-        rows: lines with a cell for every column.
-        left: headings of the columns that are flush left, not right.
-    """
+    """Returns a table in Markdown; the columns with the heads ``left`` are flush left."""
     rules = [":--" if head in left else "--:" for head in heads]
     lines = [[" ".join(cell.replace("|", "\\|").split()) for cell in row] for row in (heads, *rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in (lines[0], rules, *lines[1:]))

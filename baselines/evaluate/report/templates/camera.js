@@ -7,12 +7,10 @@ const camera = (() => {
 
   /** The box of all that moves in some films: west, east, south, north, m. */
   function bounds(films) {
-    const box = [Infinity, -Infinity, Infinity, -Infinity];
+    let [west, east, south, north] = [Infinity, -Infinity, Infinity, -Infinity];
     const include = (x, y, room) => {
-      box[0] = Math.min(box[0], x - room);
-      box[1] = Math.max(box[1], x + room);
-      box[2] = Math.min(box[2], y - room);
-      box[3] = Math.max(box[3], y + room);
+      [west, east] = [Math.min(west, x - room), Math.max(east, x + room)];
+      [south, north] = [Math.min(south, y - room), Math.max(north, y + room)];
     };
     for (const { condition, take, poses: values } of films) {
       const { frames, goal } = take;
@@ -23,7 +21,7 @@ const camera = (() => {
       }
       if (goal) include(goal[0], goal[1], reach(condition.vessel) + MARGIN);
     }
-    return box;
+    return [west, east, south, north];
   }
 
   /** The camera that sees a whole box. */

@@ -1,4 +1,4 @@
-// Poses of an embedded episode. A take is what one player did in an episode, as packing.py wrote it.
+// Poses of an embedded episode. A take is what one player did in an episode, as replay.py wrote it.
 // A film is an unpacked take: {condition, player, take, poses}, its poses one array: body by body x,
 // y and heading, each with the values of all frames.
 const poses = ((units) => {
@@ -8,7 +8,7 @@ const poses = ((units) => {
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }
 
-  /** The poses of a take; the inverse of ``pack`` in packing.py. */
+  /** The poses of a take; the inverse of ``pack`` in replay.py. */
   async function unpack({ poses: packed, frames }) {
     const bytes = await inflate(packed);
     const count = bytes.length / 2;

@@ -9,8 +9,6 @@
   const state = { time: 0, end: 0, playing: false, last: 0, request: 0, box: null, timer: 0 };
   const films = () => sides.map((side) => side.film).filter(Boolean);
 
-  // ---------------------------------------------------------------- time
-
   function draw() {
     // One scale for both sides, even where their canvases differ by a pixel.
     const shown = sides.filter(({ film, canvas }) => film && canvas.clientWidth);
@@ -49,8 +47,6 @@
     if (state.time >= state.end) play(false);
     else requestAnimationFrame(advance);
   }
-
-  // ---------------------------------------------------------------- what is shown
 
   /** Shows what the controls have chosen, from a time on. */
   async function show(time) {
@@ -112,8 +108,6 @@
     choose();
   }
 
-  // ---------------------------------------------------------------- address
-
   /** Writes the choice into the address, to be shared; with a delay, as browsers limit changes. */
   function writeAddress() {
     clearTimeout(state.timer);
@@ -136,8 +130,6 @@
     await show(Number(words.get("t")) || 0);
     if (words.has("condition")) part("root").scrollIntoView();
   }
-
-  // ---------------------------------------------------------------- events
 
   function pressed(event) {
     const { key, target, shiftKey } = event;
