@@ -11,8 +11,7 @@ from asv_env.geometry import wrap
 from asv_env.tasks import TRANSPORT, formation
 from baselines.learned import shipped
 from baselines.scripted.scripted_policy import ScriptedPolicy
-from train.curriculum import CurriculumStates, scaled_noise
-from train.rollout_states import along_episodes, where_pushes_begin
+from train.curriculum import CurriculumStates, along_episodes, scaled_noise, where_pushes_begin
 
 
 @given(progress=st.floats(0, 1), scenario=st.sampled_from(["nominal", "noisy", "harsh"]))

@@ -216,5 +216,5 @@ def test_a_tracker_hears_of_the_run(monkeypatch, tmp_path):
     assert heard["config"]["worlds"]["num_envs"] == 8
     assert heard["sync_tensorboard"]
     assert heard["finished"]
-    assert heard["id"] == Run(tiny(out=tmp_path / "run")).id  # of a resumed run too
+    assert heard["id"] == Run(tiny(out=tmp_path / "run")).recorded("id")  # of a resumed run too
     assert heard["resume"] == "allow"

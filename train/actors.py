@@ -24,12 +24,7 @@ def get_layers(actor: nn.Module) -> Layers:
 def check_sizes(layers: Layers, sizes: Sequence[int]) -> None:
     """Refuses layers of a policy file for an actor that is narrower, or has more or fewer layers.
 
-    Args:
-        layers: of the file.
-        sizes: of the actor's observation, of its layers and of its action.
-
-    Raises:
-        ValueError: they do not fit.
+    ``sizes`` are those of the actor's observation, of its layers and of its action.
     """
     given = [len(layers[0][0]), *(len(bias) for _, bias in layers)]
     if len(given) != len(sizes) or any(a > b for a, b in zip(given, sizes, strict=True)):
@@ -40,13 +35,10 @@ def check_sizes(layers: Layers, sizes: Sequence[int]) -> None:
 
 
 def set_layers(actor: nn.Module, layers: Layers) -> None:
-    """Gives the actor the weights of a policy file.
+    """Gives the actor the weights of a policy file; see ``check_sizes`` for what does not fit.
 
     Where the actor's layers are wider, it acts as the file does: weights from its further units
     begin with zero.
-
-    Raises:
-        ValueError: the layers do not fit, see ``check_sizes``.
     """
     own = linear_layers(actor)
     check_sizes(layers, [own[0].in_features, *(layer.out_features for layer in own)])

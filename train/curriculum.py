@@ -5,19 +5,24 @@ rollout. Goals lie ahead of the team and are hardly turned, noise and variation 
 grow with the progress of the curriculum, from 0 to 1.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from asv_env import geometry
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
+from baselines.learned import policy_file
+from baselines.learned.phases import APPROACH, PUSH, PhasedPolicy
+from baselines.policy import Policy
+from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
-from train.rollout_states import RolloutStates, along_episodes, where_pushes_begin
 
 MIRROR = np.array([1.0, -1.0, -1.0])
 """Factors that mirror a pose about the x axis, along which the vessel lies at the origin."""
@@ -29,6 +34,23 @@ ROLLOUTS = 384
 """Episodes of rollouts from which states are taken, distributed over the groups of worlds."""
 LEAST_ROLLOUTS = 24
 """Least number of these episodes in a group."""
+MOST_STATES = 16384
+"""Number of states at which a rollout of the scripted policy ends."""
+KEEP_EVERY = 10
+"""Control ticks between two states that are kept."""
+
+
+@dataclass(frozen=True)
+class RolloutStates:
+    """States of bodies and goals from rollouts of a policy."""
+
+    motion: Float  # (n, B, 6) of all bodies; see ``State``
+    goal: Float  # (n, 3) goal poses, m, m, rad
+
+    def sample(self, start: InitialState, rng: np.random.Generator) -> InitialState:
+        """Returns an initial state with bodies and goal of a random state of the rollouts."""
+        chosen = rng.integers(len(self.goal))
+        return replace(start, motion=self.motion[chosen].copy(), goal=self.goal[chosen].copy())
 
 
 def training_params(config: Config, team: int, scenario: str) -> EnvParams:
@@ -52,35 +74,24 @@ def scaled_noise(params: EnvParams, scale: float) -> EnvParams:
     return replace(params, sensors=sensors, variation=scaled(params.variation, "thrust drag mass"))
 
 
-def rollout_states(config: Config, team: int, scenario: str) -> RolloutStates | None:
-    """Returns the states of rollouts in which episodes of a group begin; None if none shall."""
-    if not config.curriculum.rollout_starts:
-        return None
-    groups = config.worlds.groups(config.worlds.num_envs)
-    number = max(LEAST_ROLLOUTS, ROLLOUTS // len(groups))
-    seeds = range(config.first_seed, config.first_seed + number)
-    if config.curriculum.rollout_policy is not None:
-        params = make_params("transport", team, scenario)
-        return where_pushes_begin(config.curriculum.rollout_policy, params, seeds)
-    params = config.params(team, scenario)
-    simulation = Simulation(params, number, initial_states=CurriculumStates(config))
-    return along_episodes(ScriptedPolicy(params), simulation, seeds)
+def adapter_options(
+    config: Config, group: tuple[int, str], states: RolloutStates | None, progress: float
+) -> dict[str, Any]:
+    """Returns what an adapter needs to make worlds of a group; see ``CurriculumStates``."""
+    params = scaled_noise(training_params(config, *group), progress)
+    options = {name: getattr(params, name) for name in ("clock", "sensors", "variation")}
+    options |= {"task_params": params.task, "observation": params.observation}
+    options |= {"task": config.task, "num_boats": group[0], "scenario": group[1]}
+    return options | {"initial_states": CurriculumStates(config, states, progress)}
 
 
+@dataclass(frozen=True, eq=False)
 class CurriculumStates:
-    """The distribution of initial states of a training, for ``Simulation``'s ``initial_states``.
+    """The distribution of initial states of a training, for ``Simulation``'s ``initial_states``."""
 
-    Args:
-        config: of the run.
-        states: of a rollout, where ``config.curriculum.rollout_starts`` is above 0.
-        progress: of the curriculum, which scales the bearing and the turn of goals.
-    """
-
-    def __init__(
-        self, config: Config, states: RolloutStates | None = None, progress: float = 1.0
-    ) -> None:
-        self._options, self._mirror = config.curriculum, config.worlds.mirror
-        self._states, self._progress = states, progress
+    config: Config  # of the run
+    states: RolloutStates | None = None  # of rollouts, in which episodes begin, if any shall
+    progress: float = 1.0  # of the curriculum, which scales the bearing and the turn of goals
 
     def __call__(
         self, params: EnvParams, rng: np.random.Generator, goal: Float | None = None
@@ -89,14 +100,14 @@ class CurriculumStates:
         start = params.definition.initial_states(params, rng, goal)
         if goal is not None:
             return start
-        options = self._options
+        options = self.config.curriculum
         near_goal, near_hull, in_slots, from_rollout = rng.random(4)
-        if self._states is not None and from_rollout < options.rollout_starts:
-            return self._states.sample(start, rng)
-        if self._mirror and start.goal[1] > 0:
+        if self.states is not None and from_rollout < options.rollout_starts:
+            return self.states.sample(start, rng)
+        if self.config.worlds.mirror and start.goal[1] > 0:
             start.goal *= MIRROR
             start.motion[:, :3] *= MIRROR
-        _turn_goal_ahead(start, self._progress)
+        _turn_goal_ahead(start, self.progress)
         if near_goal < options.near_goals:
             start.goal *= rng.random()
         if near_hull < options.near_starts:
@@ -135,3 +146,57 @@ def _place_near_hull(motion: Float, params: EnvParams, rng: np.random.Generator)
         return
     motion[1:, :2] = placed
     motion[1:, 2] = rng.uniform(-np.pi, np.pi, params.num_boats)
+
+
+def rollout_states(config: Config, team: int, scenario: str) -> RolloutStates | None:
+    """Returns the states of rollouts in which episodes of a group begin; None if none shall."""
+    if not config.curriculum.rollout_starts:
+        return None
+    groups = config.worlds.groups(config.worlds.num_envs)
+    number = max(LEAST_ROLLOUTS, ROLLOUTS // len(groups))
+    seeds = range(config.first_seed, config.first_seed + number)
+    if config.curriculum.rollout_policy is not None:
+        params = make_params("transport", team, scenario)
+        return where_pushes_begin(config.curriculum.rollout_policy, params, seeds)
+    params = config.params(team, scenario)
+    simulation = Simulation(params, number, initial_states=CurriculumStates(config))
+    return along_episodes(ScriptedPolicy(params), simulation, seeds)
+
+
+def along_episodes(policy: Policy, simulation: Simulation, seeds: range) -> RolloutStates:
+    """Returns states at regular intervals along episodes of a policy."""
+    motion, goal = [], []
+    ticks = rollout(simulation, policy.act, seeds, simulation.params.time_limit_ticks)
+    for number, tick in enumerate(ticks):
+        if number % KEEP_EVERY == 0:
+            motion.append(tick.state.motion.copy())
+            goal.append(tick.state.goal.copy())
+        if len(motion) * len(seeds) >= MOST_STATES:
+            break
+    return RolloutStates(np.concatenate(motion), np.concatenate(goal))
+
+
+def where_pushes_begin(file: Path, params: EnvParams, seeds: range) -> RolloutStates:
+    """Returns the states of Transport in which a policy of several phases begins to push.
+
+    They are mirrored so that the team pushes from the +n side.
+
+    Raises:
+        ValueError, FileNotFoundError: the file is no such policy; it never begins to push.
+    """
+    simulation = Simulation(params, len(seeds))
+    policy = PhasedPolicy(policy_file.read(file)[0], params)
+    before = np.full(len(seeds), APPROACH)
+    motion, goal = [], []
+    for tick in rollout(simulation, policy.act, seeds, params.time_limit_ticks):
+        begins = (tick.memory.state == PUSH) & (before == APPROACH)
+        before, side = tick.memory.state, tick.memory.push_side.side[begins]
+        motion.append(geometry.mirrored(tick.state.motion[begins], side))
+        goal.append(geometry.mirrored(tick.state.goal[begins], side))
+    states = RolloutStates(np.concatenate(motion), np.concatenate(goal))
+    if not len(states.goal):
+        raise ValueError(
+            f"--curriculum.rollout-policy {file}: it never brought the vessel into closure with "
+            f"{params.num_boats} boats; take a policy with a better approach"
+        )
+    return states

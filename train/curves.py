@@ -16,6 +16,7 @@ import tyro
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from scipy.stats import sem
 from scipy.stats import t as student
 from tyro.conf import Positional
 
@@ -25,17 +26,7 @@ from baselines.evaluate.report import palette
 from train import evaluation
 
 CONFIDENCE = 0.95
-
-
-@dataclass(frozen=True)
-class Options:
-    """Draw learning curves: success and time of deliveries against minutes of training."""
-
-    curves: Positional[tuple[str, ...]]  # curves, each NAME=RUN,RUN with the folders of its runs
-    out: Path  # picture to be written: .png, .svg or .pdf
-    num_boats: int = 4  # team size of the worlds
-    scenario: str = "noisy"  # disturbances of the worlds
-    title: str = ""  # title of the picture
+PROGRAM = "python -m train.curves"
 
 
 @dataclass(frozen=True)
@@ -77,9 +68,11 @@ def _rows(file: Path, num_boats: int, scenario: str) -> pd.DataFrame:
 
 def band(values: Float) -> tuple[Float, Float]:
     """Returns the 95 % interval (n,), (n,) of the mean of values (runs, n), over 2 runs or more."""
-    runs = len(values)
-    half = student.ppf((1 + CONFIDENCE) / 2, runs - 1) * values.std(axis=0, ddof=1) / np.sqrt(runs)
-    return values.mean(axis=0) - half, values.mean(axis=0) + half
+    mean, half = (
+        values.mean(axis=0),
+        sem(values) * student.ppf(CONFIDENCE / 2 + 0.5, len(values) - 1),
+    )
+    return mean - half, mean + half
 
 
 def draw(curves: dict[str, Curve], title: str) -> Figure:
@@ -123,22 +116,38 @@ def _style(axes: Axes, name: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
+def plot(
+    curves: Positional[tuple[str, ...]],
+    out: Path,
+    num_boats: int = 4,
+    scenario: str = "noisy",
+    title: str = "",
+) -> None:
+    """Draw learning curves: success and time of deliveries against minutes of training.
+
+    Args:
+        curves: Curves, each NAME=RUN,RUN with the folders of its runs.
+        out: Picture to be written: .png, .svg or .pdf.
+        num_boats: Team size of the worlds.
+        scenario: Disturbances of the worlds.
+        title: Title of the picture.
+    """
+    if len(curves) > len(palette.SERIES):
+        raise ValueError(f"{len(curves)} curves: at most {len(palette.SERIES)} in a picture")
+    found = {}
+    for word in curves:
+        name, _, runs = word.partition("=")
+        folders = [Path(run) for run in (runs or name).split(",")]
+        found[name] = read(folders, num_boats, scenario)
+    draw(found, title).savefig(out, dpi=150)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Draws what a command line asks for; exits with a message where something is wrong."""
-    program = "python -m train.curves"
-    options = tyro.cli(Options, args=arguments, prog=program)
     try:
-        if len(options.curves) > len(palette.SERIES):
-            most = len(palette.SERIES)
-            raise ValueError(f"{len(options.curves)} curves: at most {most} in a picture")
-        curves = {}
-        for word in options.curves:
-            name, _, runs = word.partition("=")
-            folders = [Path(run) for run in (runs or name).split(",")]
-            curves[name] = read(folders, options.num_boats, options.scenario)
-        draw(curves, options.title).savefig(options.out, dpi=150)
+        tyro.cli(plot, args=arguments, prog=PROGRAM)
     except (ValueError, OSError) as error:
-        sys.exit(f"{program}: {error}")
+        sys.exit(f"{PROGRAM}: {error}")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from asv_env.sensing import observation
 from asv_env.simulation import Simulation
-from asv_env.types import Action, Bool, Observation, Sensed
+from asv_env.types import Action, Observation, Sensed
 from baselines.rollout import trajectories
 from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
@@ -42,11 +42,9 @@ Pairs = tuple[Observation, Action]
 
 
 def imitate(actor: nn.Module, config: Config) -> None:
-    """Trains an actor to act as the scripted policy does; without rounds, leaves it as it is.
+    """Trains an actor, from observations (n, K) to actions (n, 2), to act as the scripted policy.
 
-    Args:
-        actor: from observations (n, K) to actions (n, 2).
-        config: of the run.
+    Without rounds it stays as it is.
     """
     options = config.imitation
     if not options.rounds:
@@ -105,10 +103,8 @@ def _dagger_rollout(
     seen: list[Observation] = []
     wanted: list[Action] = []
 
-    def act(
-        sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
-    ) -> tuple[Action, Any]:
-        action, memory = expert.act(sensed, observation, memory, fresh)
+    def act(sensed: Sensed, observation: Observation, *rest: Any) -> tuple[Action, Any]:
+        action, memory = expert.act(sensed, observation, *rest)
         if len(wanted) % round(TURN * rate) == 0:
             expert_acts[...] = rng.random(expert_acts.shape) < EXPERT_FRACTION**number
         seen.append(observation.reshape(-1, observation.shape[-1]))
@@ -138,11 +134,11 @@ def check_demonstrations(config: Config) -> None:
         ValueError: an episode that is not for training, of another task, kind of action or
             version of the observation, or a file that is no recorded episode.
     """
-    files = _files(config)
-    if config.imitation.demonstrations is not None and not files:
+    files, folder = _files(config), config.imitation.demonstrations
+    if folder is not None and not files:
         raise FileNotFoundError(
-            f"{config.imitation.demonstrations} holds no recorded episodes: make some with "
-            "python -m baselines.evaluate --record"
+            f"{folder} holds no recorded episodes: make some with python -m baselines.evaluate "
+            "--record"
         )
     for file in files:
         _check_demonstration(file, config)

@@ -9,11 +9,10 @@ import numpy as np
 from tqdm import tqdm
 
 from baselines.learned.network import Layers
-from baselines.learned.policy_file import SUFFIX
 from train import evaluation
 from train.config import SEEDS_PER_RUN
 from train.evaluation import Score
-from train.run import BEST, Run
+from train.run import BEST, LAST, Run
 
 PROGRESS_BAR = {"unit": " steps", "unit_scale": True, "desc": "PPO", "file": sys.stderr}
 """Options of the progress bar of a training."""
@@ -28,31 +27,19 @@ class Status:
     best: float = float("inf")  # selection score of the best policy, s
 
 
+@dataclass
 class KeepBest:
-    """Evaluates policies of a training, keeps the best and counts the time.
+    """Evaluates policies of a training, keeps the best and counts the time."""
 
-    Args:
-        run: with the folder.
-        status: of the training; is kept up to date.
-        bar: of the timesteps.
-        log: writes a number by its name.
-        since: time on the monotonic clock from which on the training counts, s.
-    """
-
-    def __init__(
-        self, run: Run, status: Status, bar: tqdm, log: Callable[[str, float], object], since: float
-    ) -> None:
-        self._run, self.status, self._bar, self._log = run, status, bar, log
-        self._since = since
+    run: Run  # with the folder
+    status: Status  # of the training, which is kept up to date
+    bar: tqdm  # of the timesteps
+    log: Callable[[str, float], object]  # writes a number by its name
+    since: float  # time on the monotonic clock from which on the training counts, s
 
     def evaluate(self, layers: Layers, save_model: Callable[[], object] = lambda: None) -> None:
-        """Scores a policy and writes its files.
-
-        Args:
-            layers: of the policy.
-            save_model: writes the model as the engine does; called where it is the best so far.
-        """
-        run, status = self._run, self.status
+        """Scores a policy and writes its files; ``save_model`` is called for the best so far."""
+        run, status = self.run, self.status
         self.count_time()
         scores = evaluation.evaluate(
             layers, run.metadata, run.config, status.timesteps, status.seconds
@@ -70,18 +57,18 @@ class KeepBest:
         """Logs scores, and writes success and time beside the progress bar."""
         for score in scores:
             group = f"evaluation/{score.num_boats}_{score.scenario}"
-            self._log(f"{group}_success", score.success)
-            self._log(f"{group}_time", score.median_time)
+            self.log(f"{group}_success", score.success)
+            self.log(f"{group}_time", score.median_time)
         success = np.mean([score.success for score in scores])
         times = [score.median_time for score in scores if score.success]
         took = f", {np.mean(times):.1f} s" if times else ""
-        self._bar.set_postfix_str(f"success {success:.0%}{took}")
+        self.bar.set_postfix_str(f"success {success:.0%}{took}")
 
     def count_time(self) -> None:
         """Adds the time since the last call to the seconds of the training."""
         now = time.monotonic()
-        self.status.seconds += now - self._since
-        self._since = now
+        self.status.seconds += now - self.since
+        self.since = now
 
 
 def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
@@ -95,16 +82,13 @@ def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
         "timesteps": scores[0].timesteps,
         "training_seeds": [first, first + SEEDS_PER_RUN - 1],
         "development": [vars(score) for score in scores],
-        "began_with": run.began_with,
+        "began_with": run.recorded("began_with"),
     }
-    for name in [BEST, "policy"] if best else ["policy"]:
-        run.save_policy(f"{name}{SUFFIX}", layers, model_card)
+    for name in [BEST, LAST] if best else [LAST]:
+        run.save_policy(name, layers, model_card)
     evaluation.append_to_curve(run.curve, scores)
 
 
 def passed(timesteps: int, rollout: int, every: int) -> bool:
-    """Returns whether the last ``rollout`` timesteps reached a multiple of ``every``.
-
-    True before the first rollout too.
-    """
+    """Returns whether the last ``rollout`` timesteps, or none so far, reached one of ``every``."""
     return timesteps // every > (timesteps - rollout) // every

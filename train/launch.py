@@ -96,7 +96,7 @@ def tracked(run: Run) -> Iterator[None]:
         project=options.wandb_project_name,
         entity=options.wandb_entity,
         name=run.folder.name,
-        id=run.id,
+        id=run.recorded("id"),
         resume="allow",
         config=run.config.learned(),
         sync_tensorboard=True,

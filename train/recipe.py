@@ -22,6 +22,8 @@ from train.config import PRESETS, Config
 from train.run import BEST
 from train.sb3 import export, training
 
+PROGRAM = "python -m train.recipe"
+
 
 @dataclass(frozen=True)
 class Training:
@@ -65,88 +67,75 @@ LATER_PUSH = FIRST_PUSH.changed(
     ppo={"critic_updates": 10, "ent_coef": 0.001},
 )
 """Options of a push that begins with one that has been learned."""
+FINE_PUSH = LATER_PUSH.changed(
+    worlds={"scenarios": ("noisy", "noisy", "noisy", "nominal", "mismatch")},
+    curriculum={"rollout_starts": 0.6},
+    ppo={"adapt_kl": 0.006, "num_minibatches": 4},
+)
+"""Options of the last push for four boats."""
+TEAM_PUSH = LATER_PUSH.changed(
+    worlds={
+        "teams": (3, 4, 4, 4, 6, 6, 8, 8, 12),
+        "scenarios": ("noisy", "noisy", "mismatch", "failure"),
+        "num_envs": 324,
+        "time_limit": 40.0,
+    },
+    ppo={"num_steps": 20, "gamma": 0.994, "adapt_kl": 0.01},
+    network={"hidden": (256, 256)},
+    evaluation={"every": 20_000_000, "episodes": 10},
+)
+"""Options of a push for all teams."""
 TO_SLOTS = PRESETS["approach"].changed(
     worlds={"time_limit": 60.0},
     curriculum={"near_starts": 0.25, "slot_starts": 0.15},
     ppo={"gamma": 0.98, "total_timesteps": 10_000_000},
     network={"log_std_init": -2.7},
 )
-"""Options of an approach."""
+"""Options of an approach for four boats."""
+TO_SLOTS_TEAMS = TO_SLOTS.changed(
+    worlds={"teams": (2, 3, 4, 4, 6, 8, 12), "scenarios": ("noisy", "nominal", "failure")},
+    ppo={"total_timesteps": 12_000_000},
+    evaluation={"episodes": 40},
+)
+"""Options of an approach for all teams."""
+
+
+def _push(after: str, timesteps: int, log_std: Sequence[float], config: Config) -> Training:
+    """Returns a push after another one, of so many timesteps and so much noise: initial, least."""
+    noise = dict(zip(("log_std_init", "log_std_min"), log_std, strict=True))
+    config = config.changed(ppo={"total_timesteps": timesteps}, network=noise)
+    return Training(config, after, APPROACH if len(config.worlds.teams) > 1 else APPROACH_FOUR)
+
+
 TRAININGS = {
-    APPROACH: Training(
-        TO_SLOTS.changed(
-            worlds={"teams": (2, 3, 4, 4, 6, 8, 12), "scenarios": ("noisy", "nominal", "failure")},
-            ppo={"total_timesteps": 12_000_000},
-            evaluation={"episodes": 40},
-        )
-    ),
+    APPROACH: Training(TO_SLOTS_TEAMS),
     APPROACH_FOUR: Training(TO_SLOTS),
     "push": Training(FIRST_PUSH),
-    "push-on": Training(
-        LATER_PUSH.changed(
-            ppo={"total_timesteps": 14_000_000},
-            network={"log_std_init": -2.1, "log_std_min": -2.4},
-        ),
-        after="push",
-        approach=APPROACH_FOUR,
-    ),
-    "push-exactly": Training(
-        LATER_PUSH.changed(
-            ppo={"total_timesteps": 18_000_000},
-            network={"log_std_init": -2.6, "log_std_min": -3.0},
-        ),
-        after="push-on",
-        approach=APPROACH_FOUR,
-    ),
-    "push-finely": Training(
-        LATER_PUSH.changed(
-            worlds={"scenarios": ("noisy", "noisy", "noisy", "nominal", "mismatch")},
-            curriculum={"rollout_starts": 0.6},
-            ppo={"adapt_kl": 0.006, "num_minibatches": 4, "total_timesteps": 8_000_000},
-            network={"log_std_init": -3.3, "log_std_min": -3.5},
-        ),
-        after="push-exactly",
-        approach=APPROACH_FOUR,
-    ),
-    "push-teams": Training(
-        LATER_PUSH.changed(
-            worlds={
-                "teams": (3, 4, 4, 4, 6, 6, 8, 8, 12),
-                "scenarios": ("noisy", "noisy", "mismatch", "failure"),
-                "num_envs": 324,
-                "time_limit": 40.0,
-            },
-            ppo={"num_steps": 20, "gamma": 0.994, "adapt_kl": 0.01, "total_timesteps": 70_000_000},
-            network={"hidden": (256, 256), "log_std_init": -2.4, "log_std_min": -3.0},
-            evaluation={"every": 20_000_000, "episodes": 10},
-        ),
-        after="push-finely",
-        approach=APPROACH,
-    ),
+    "push-on": _push("push", 14_000_000, (-2.1, -2.4), LATER_PUSH),
+    "push-exactly": _push("push-on", 18_000_000, (-2.6, -3.0), LATER_PUSH),
+    "push-finely": _push("push-exactly", 8_000_000, (-3.3, -3.5), FINE_PUSH),
+    "push-teams": _push("push-finely", 70_000_000, (-2.4, -3.0), TEAM_PUSH),
 }
 """The recipe, in the order in which it is followed."""
 
 
-@dataclass(frozen=True)
-class Options:
-    """Train the policies that are part of this package."""
+def follow(seed: int = 0, out: Path | None = None, torch_threads: int = 2) -> None:
+    """Train the policies that are part of this package, but for what is trained already.
 
-    seed: int = 0  # seed of the trainings
-    out: Path | None = None  # folder; by default runs/train/recipe-SEED
-    torch_threads: int = 2  # threads of the learner
-
-
-def follow(seed: int, out: Path, threads: int) -> None:
-    """Trains all that is not trained yet, and writes the policy files into the folder ``out``.
+    Args:
+        seed: Seed of the trainings.
+        out: Folder; by default runs/train/recipe-SEED.
+        torch_threads: Threads of the learner.
 
     Raises:
         ValueError, OSError: a folder holds something else; see ``train.launch.open_run``.
     """
+    out = out or Path(f"runs/train/recipe-{seed}")
     for name in TRAININGS:
         print(f"{name}: {out / name}", file=sys.stderr)
-        config = config_of(name, out).changed(seed=seed, compute={"torch_threads": threads})
+        config = config_of(name, out).changed(seed=seed, compute={"torch_threads": torch_threads})
         training.train(config)
-        if config.init_from and not policy_file.read(best(out / name))[1]["timesteps"]:
+        if config.init_from and not policy_file.read(out / name / BEST)[1]["timesteps"]:
             print(f"{name}: nothing better than its initial policy", file=sys.stderr)
     shutil.copyfile(_checked(out / APPROACH), out / f"approach{SUFFIX}")
     join(out, PAIRS, out / f"transport{SUFFIX}")
@@ -158,7 +147,7 @@ def config_of(name: str, out: Path) -> Config:
     config = step.config.changed(out=out / name)
     if step.after is None:
         return config
-    config = config.changed(init_from=best(out / step.after))
+    config = config.changed(init_from=out / step.after / BEST)
     if step.approach is None:
         return config
     joined = out / f"{step.after}-joined{SUFFIX}"
@@ -190,25 +179,17 @@ def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) ->
 def _checked(run: Path) -> Path:
     """Returns the best policy file of a run, compared with the network that was trained."""
     export.check(run)
-    return best(run)
-
-
-def best(run: Path) -> Path:
-    """Returns the name of the best policy file of a run."""
-    return run / f"{BEST}{SUFFIX}"
+    return run / BEST
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Follows the recipe as a command line says; exits with a message where something is wrong."""
-    program = "python -m train.recipe"
-    options = tyro.cli(Options, args=arguments, prog=program)
-    out = options.out or Path(f"runs/train/recipe-{options.seed}")
     try:
-        follow(options.seed, out, options.torch_threads)
+        tyro.cli(follow, args=arguments, prog=PROGRAM)
     except (ValueError, OSError) as error:
-        sys.exit(f"{program}: {error}")
+        sys.exit(f"{PROGRAM}: {error}")
     except KeyboardInterrupt:
-        sys.exit(f"{program}: stopped; the same command resumes from the last checkpoint")
+        sys.exit(f"{PROGRAM}: stopped; the same command resumes from the last checkpoint")
 
 
 if __name__ == "__main__":

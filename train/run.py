@@ -31,11 +31,8 @@ from train.config import CONTROL_RATE, Config
 
 COMMON = ("numpy", "scipy", "pymunk", "gymnasium", "torch")
 LIBRARIES = {"sb3": (*COMMON, "stable-baselines3"), "rllib": (*COMMON, "ray")}
-CONFIG, TENSORBOARD, BEST = "config.json", "tensorboard", "best"
-OWN = (
-    *(CONFIG, TENSORBOARD, "checkpoint.zip", "checkpoint", "curve.csv"),
-    *("best.npz", "best.zip", "policy.npz"),
-)
+CONFIG, TENSORBOARD, BEST, LAST = "config.json", "tensorboard", "best.npz", "policy.npz"
+OWN = (CONFIG, TENSORBOARD, BEST, LAST, "best.zip", "checkpoint.zip", "checkpoint", "curve.csv")
 """Files and folders that are deleted when a run starts again."""
 
 
@@ -56,6 +53,11 @@ class Run:
         return self.folder / "checkpoint.zip"
 
     @property
+    def checkpoints(self) -> Path:
+        """Folder from which RLlib resumes."""
+        return self.folder / "checkpoint"
+
+    @property
     def curve(self) -> Path:
         """File of the learning curve."""
         return self.folder / "curve.csv"
@@ -71,7 +73,7 @@ class Run:
             FileExistsError: it holds something else.
         """
         config = self._read_config()
-        has_checkpoint = self.checkpoint.exists() or (self.folder / "checkpoint").exists()
+        has_checkpoint = self.checkpoint.exists() or self.checkpoints.exists()
         if config is None and self.folder.exists() and any(self.folder.iterdir()):
             raise FileExistsError(
                 f"{self.folder} holds something else than a run: choose another folder with --out"
@@ -105,15 +107,9 @@ class Run:
         known = {"options", "observation_version"}
         return config if isinstance(config, dict) and known <= config.keys() else None
 
-    @property
-    def began_with(self) -> dict[str, Any] | None:
-        """Model card of the policy file with which learning began."""
-        return (self._read_config() or {}).get("began_with")
-
-    @property
-    def id(self) -> str | None:
-        """Name by which a tracker recognises the run; None for a run that has none."""
-        return (self._read_config() or {}).get("id")
+    def recorded(self, name: str) -> Any:
+        """Returns a field of ``config.json``, such as "id" or "began_with"; None without it."""
+        return (self._read_config() or {}).get(name)
 
     def _clear(self) -> None:
         for path in (self.folder / name for name in OWN):

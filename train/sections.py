@@ -2,7 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
-from itertools import product
+from itertools import cycle, islice, product
 from pathlib import Path
 from typing import Literal
 
@@ -56,10 +56,8 @@ class WorldOptions:
     def groups(self, worlds: int) -> Counter[tuple[int, str]]:
         """Returns how many of ``worlds`` each combination (team size, scenario) gets, in order."""
         named = list(product(self.teams, self.scenarios))
-        each, left = divmod(worlds, len(named))
-        groups: Counter[tuple[int, str]] = Counter()
-        for number, group in enumerate(named):
-            groups[group] += each + (number < left)
+        groups = Counter(dict.fromkeys(named, 0))
+        groups.update(islice(cycle(named), worlds))
         return groups
 
 

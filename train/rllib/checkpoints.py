@@ -22,39 +22,33 @@ from train.run import Run
 
 STATUS = "status.json"
 """File in a checkpoint that says how far the training has come."""
+LAST = "last"
+"""File that names the last checkpoint; it names one that is whole whenever a run is killed."""
 TOLERANCE = 1e-5
 """Largest difference between the actions of a policy file and those of the network."""
 COMPARED = 256
 """Number of observations on which they are compared."""
 
 
-class Checkpoints:
-    """Checkpoints in the folder of a run, a folder each, and a file that names the last.
+def last_checkpoint(folder: Path) -> tuple[Path | None, Status]:
+    """Returns the last of the checkpoints in a folder, if there is one, and its status."""
+    last = folder / LAST
+    if not last.exists():
+        return None, Status()
+    found = folder / last.read_text(encoding="utf-8")
+    return found, Status(**json.loads((found / STATUS).read_text(encoding="utf-8")))
 
-    Whenever a run is killed, the file names one that is whole.
-    """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder / "checkpoint"
-        self._last = self._folder / "last"
-
-    def last(self) -> tuple[Path | None, Status]:
-        """Returns the folder of the last checkpoint, if there is one, and its status."""
-        if not self._last.exists():
-            return None, Status()
-        found = self._folder / self._last.read_text(encoding="utf-8")
-        return found, Status(**json.loads((found / STATUS).read_text(encoding="utf-8")))
-
-    def save(self, algorithm: PPO, status: Status) -> None:
-        """Writes a checkpoint, then deletes all others."""
-        self._folder.mkdir(exist_ok=True)
-        new = Path(tempfile.mkdtemp(prefix=f"{status.timesteps}-", dir=self._folder))
-        algorithm.save_to_path(new.absolute())
-        (new / STATUS).write_text(json.dumps(asdict(status)), encoding="utf-8")
-        write_text(self._last, new.name)
-        for folder in self._folder.iterdir():
-            if folder.is_dir() and folder != new:
-                shutil.rmtree(folder)
+def save_checkpoint(folder: Path, algorithm: PPO, status: Status) -> None:
+    """Writes a checkpoint into the folder, names it as the last, and deletes the others."""
+    folder.mkdir(exist_ok=True)
+    new = Path(tempfile.mkdtemp(prefix=f"{status.timesteps}-", dir=folder))
+    algorithm.save_to_path(new.absolute())
+    (new / STATUS).write_text(json.dumps(asdict(status)), encoding="utf-8")
+    write_text(folder / LAST, new.name)
+    for other in folder.iterdir():
+        if other.is_dir() and other != new:
+            shutil.rmtree(other)
 
 
 def module_of(algorithm: PPO) -> Any:
@@ -68,12 +62,13 @@ def actor(module: Any) -> nn.Sequential:
     return nn.Sequential(module.encoder.actor_encoder.net, module.pi.net)
 
 
-def checked_layers(module: Any, run: Run) -> Layers:
-    """Returns the layers of a module's actor for a policy file of a run.
+def checked_layers(algorithm: PPO, run: Run) -> Layers:
+    """Returns the layers of the actor for a policy file of a run.
 
     Raises:
-        RuntimeError: the policy file would not act as the module does.
+        RuntimeError: the policy file would not act as the learner does.
     """
+    module = module_of(algorithm)
     layers = actors.get_layers(actor(module))
     policy = NetworkPolicy(layers, run.metadata, run.config.params())
     size = (COMPARED, len(layers[0][0]))

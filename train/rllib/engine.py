@@ -23,13 +23,8 @@ from train.config import Config
 from train.evaluation import truncate_curve
 from train.keep_best import PROGRESS_BAR, KeepBest, Status, passed
 from train.launch import open_run, tracked
-from train.rllib.checkpoints import (
-    Checkpoints,
-    actor,
-    checked_layers,
-    distribute_weights,
-    module_of,
-)
+from train.rllib import checkpoints
+from train.rllib.checkpoints import actor, module_of
 from train.rllib.settings import BOAT, check, connected, settings
 from train.run import TENSORBOARD, Run
 
@@ -70,7 +65,7 @@ class Training:
 
     def evaluate(self) -> None:
         """Scores the policy as it is, and keeps it if it is the best so far."""
-        self._keep_best.evaluate(checked_layers(module_of(self._algorithm), self._run))
+        self._keep_best.evaluate(checkpoints.checked_layers(self._algorithm, self._run))
 
     def _log(self, name: str, value: object) -> None:
         """Logs a finite number; leaves anything else out."""
@@ -80,7 +75,7 @@ class Training:
     def save(self) -> None:
         """Writes the checkpoint."""
         self._keep_best.count_time()
-        Checkpoints(self._run.folder).save(self._algorithm, self._status)
+        checkpoints.save_checkpoint(self._run.checkpoints, self._algorithm, self._status)
 
 
 def begin(algorithm: PPO, config: Config, layers: Layers | None) -> None:
@@ -102,7 +97,7 @@ def train(config: Config) -> None:
     check(config)
     torch.set_num_threads(config.compute.torch_threads)
     run, layers = open_run(config)
-    last, status = Checkpoints(run.folder).last()
+    last, status = checkpoints.last_checkpoint(run.checkpoints)
     done, total = status.timesteps, config.ppo.total_timesteps
     if done >= total:
         return
@@ -113,7 +108,7 @@ def train(config: Config) -> None:
         else:
             run.note_code()
             algorithm.restore_from_path(last.absolute())
-        distribute_weights(algorithm)
+        checkpoints.distribute_weights(algorithm)
         truncate_curve(run.curve, -1 if last is None else done)
         with tqdm(total=total, initial=done, **PROGRESS_BAR) as bar:
             training = Training(run, algorithm, status, bar, began)

@@ -7,7 +7,7 @@ from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 
 from asv_env.envs.parallel import AsvParallelEnv
 from train.config import Config
-from train.curriculum import CurriculumStates, training_params
+from train.curriculum import adapter_options
 
 SEED_LIMIT = 2**31
 """RLlib takes seeds below this number."""
@@ -21,6 +21,11 @@ def num_processes(config: Config) -> int:
 def worlds_per_process(config: Config) -> int:
     """Returns the number of worlds of each process."""
     return -(-config.worlds.num_envs // num_processes(config))
+
+
+def num_worlds(config: Config) -> int:
+    """Returns the number of worlds of all processes, at least as many as are asked for."""
+    return worlds_per_process(config) * num_processes(config)
 
 
 def world_number(seed: int, first: int, process: int, worlds: int) -> int:
@@ -59,29 +64,20 @@ class Boats(ParallelPettingZooEnv):
 
     def _create(self, number: int) -> AsvParallelEnv:
         config = self._context["config"]
-        scenario = config.worlds.scenarios[number % len(config.worlds.scenarios)]
-        team = config.worlds.teams[0]
-        params = training_params(config, team, scenario)
-        return AsvParallelEnv(
-            config.task,
-            team,
-            scenario=scenario,
-            initial_states=CurriculumStates(config),
-            clock=params.clock,
-            task_params=params.task,
-            observation=params.observation,
-        )
+        team, scenarios = config.worlds.teams[0], config.worlds.scenarios
+        group = team, scenarios[number % len(scenarios)]
+        return AsvParallelEnv(**adapter_options(config, group, None, 1.0))
 
     def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
         """Begins an episode; with a seed the first one of the world that has it."""
         self._ticks_left = -1
         if seed is not None:
             config, first = self._context["config"], self._context["seed"]
-            worlds = worlds_per_process(config)
-            number = world_number(seed, first % SEED_LIMIT, self._context.worker_index, worlds)
+            process, worlds = self._context.worker_index, worlds_per_process(config)
+            number = world_number(seed, first % SEED_LIMIT, process, worlds)
             self.par_env.close()
             self.par_env = self._create(number)
-            fraction = (number + 1) / (worlds * num_processes(config))
+            fraction = (number + 1) / num_worlds(config)
             self._ticks_left = int(np.ceil(fraction * self.par_env.params.time_limit_ticks))
             seed = first + number
         return super().reset(seed=seed, options=options)

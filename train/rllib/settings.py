@@ -14,7 +14,7 @@ from ray.rllib.algorithms.ppo import PPOConfig
 from ray.rllib.algorithms.ppo.torch.ppo_torch_learner import PPOTorchLearner
 
 from train.config import SEEDS_PER_RUN, Config
-from train.rllib.env import SEED_LIMIT, Boats, num_processes, worlds_per_process
+from train.rllib.env import SEED_LIMIT, Boats, num_processes, num_worlds, worlds_per_process
 from train.sections import LEAST_RATE
 
 BOAT = "boat"
@@ -51,8 +51,7 @@ class Learner(PPOTorchLearner):
 
 def rollout_size(config: Config) -> int:
     """Returns the timesteps between two updates, about: RLlib adds the rest of its last step."""
-    worlds = worlds_per_process(config) * num_processes(config)
-    return config.ppo.num_steps * worlds * config.worlds.teams[0]
+    return config.ppo.num_steps * num_worlds(config) * config.worlds.teams[0]
 
 
 def rate_schedule(config: Config, rate: float, waits: int = 0) -> list[list[float]]:
@@ -75,9 +74,8 @@ def settings(config: Config, done: int) -> PPOConfig:
     Steps are those of single boats. Each world's part of a batch has one row more than steps, the
     state after the last of them, of which the minibatches have their share.
     """
-    worlds, options = worlds_per_process(config) * num_processes(config), config.ppo
-    seed = config.first_seed + done % (SEEDS_PER_RUN - worlds)
-    size = rollout_size(config)
+    options, size = config.ppo, rollout_size(config)
+    seed = config.first_seed + done % (SEEDS_PER_RUN - num_worlds(config))
     rows = size * (options.num_steps + 1) // options.num_steps
     ppo = PPOConfig()
     ppo.environment(Boats, env_config={"config": config, "seed": seed}, disable_env_checking=True)

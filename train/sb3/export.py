@@ -6,8 +6,7 @@ was trained, on observations of a rollout.
 
 import shutil
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ import torch
 import tyro
 from tyro.conf import Positional
 
-from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
 from baselines.learned import policy_file
@@ -25,7 +23,7 @@ from baselines.rollout import seeds
 from baselines.rollout.files import write
 from baselines.rollout.loop import rollout
 from train.run import BEST
-from train.sb3 import policies
+from train.sb3.policies import actor
 from train.sb3.ppo import Learner
 
 TOLERANCE = 1e-5
@@ -36,35 +34,6 @@ SECONDS = 20.0
 """Simulated time for which they are compared, s."""
 
 
-@dataclass(frozen=True)
-class Options:
-    """Copy the best policy of a run, if its file acts as the network that was trained."""
-
-    run: Positional[Path]  # folder of the run
-    file: Positional[Path]  # policy file (.npz) to be written
-    overwrite: bool = False  # replace the file if it exists
-
-
-def largest_difference(
-    policy: NetworkPolicy, network: Callable[[Observation], Action], params: EnvParams
-) -> float:
-    """Returns the largest difference between the actions of a policy, which acts, and a network.
-
-    The network goes from observations (n, K) to actions (n, 2) in [-1, 1].
-    """
-
-    def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:
-        return policy.forward(observation), None
-
-    first, largest = seeds.DEVELOPMENT.start, 0.0
-    episodes, ticks = range(first, first + WORLDS), round(SECONDS * params.clock.control)
-    for tick in rollout(Simulation(params, WORLDS), act, episodes, ticks):
-        wanted = network(tick.observation.reshape(-1, tick.observation.shape[-1]))
-        difference = np.abs(tick.action - wanted.reshape(tick.action.shape)).max()
-        largest = max(largest, float(difference))
-    return largest
-
-
 def check(run: Path) -> float:
     """Returns the difference of the best policy file of a run from the network that was trained.
 
@@ -72,20 +41,23 @@ def check(run: Path) -> float:
         ValueError: it is larger than ``TOLERANCE``.
         FileNotFoundError: the run has none.
     """
-    file, model = run / f"{BEST}{policy_file.SUFFIX}", run / f"{BEST}.zip"
+    file, model = run / BEST, run / "best.zip"
     for needed in (file, model):
         if not needed.exists():
             raise FileNotFoundError(f"{needed} does not exist; has the run been evaluated yet?")
     learner = Learner.load(model, device="cpu")
-    actor, params = policies.actor(learner.policy), learner.config.params()
-
-    def trained(observation: Observation) -> Action:
-        with torch.no_grad():
-            return actor(torch.from_numpy(observation)).clamp(-1.0, 1.0).numpy()
-
+    network, params = actor(learner.policy), learner.config.params()
     phase, _ = policy_file.read_single(file)
-    policy = NetworkPolicy(phase.layers, phase.metadata, params)
-    difference = largest_difference(policy, trained, params)
+    policy, difference = NetworkPolicy(phase.layers, phase.metadata, params), 0.0
+
+    def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:
+        return policy.forward(observation), None
+
+    first, ticks = seeds.DEVELOPMENT.start, round(SECONDS * params.clock.control)
+    for tick in rollout(Simulation(params, WORLDS), act, range(first, first + WORLDS), ticks):
+        with torch.no_grad():
+            wanted = network(torch.from_numpy(tick.observation)).clamp(-1.0, 1.0).numpy()
+        difference = max(difference, float(np.abs(tick.action - wanted).max()))
     if difference > TOLERANCE:
         raise ValueError(
             f"{file}: its actions differ by up to {difference:.1e} from those of the original"
@@ -93,20 +65,30 @@ def check(run: Path) -> float:
     return difference
 
 
+def export(run: Positional[Path], file: Positional[Path], overwrite: bool = False) -> None:
+    """Copy the best policy of a run, if its file acts as the network that was trained.
+
+    Args:
+        run: Folder of the run.
+        file: Policy file (.npz) to be written.
+        overwrite: Replace the file if it exists.
+    """
+    if file.exists() and not overwrite:
+        raise FileExistsError(f"{file} exists: name another, or use --overwrite")
+    if file.suffix != policy_file.SUFFIX:
+        raise ValueError(f"{file}: a policy file ends in {policy_file.SUFFIX}")
+    difference, own = check(run), run / BEST
+    write(file, lambda part: shutil.copyfile(own, part))
+    print(f"{file}: the same to {difference:.1e}, {file.stat().st_size:,} bytes")
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Exports as a command line says; exits with a message where something is wrong."""
-    options = tyro.cli(Options, args=arguments, prog="python -m train.sb3.export")
-    file = options.file
+    program = "python -m train.sb3.export"
     try:
-        if file.exists() and not options.overwrite:
-            raise FileExistsError(f"{file} exists: name another, or use --overwrite")
-        if file.suffix != policy_file.SUFFIX:
-            raise ValueError(f"{file}: a policy file ends in {policy_file.SUFFIX}")
-        difference, own = check(options.run), options.run / f"{BEST}{policy_file.SUFFIX}"
-        write(file, lambda part: shutil.copyfile(own, part))
+        tyro.cli(export, args=arguments, prog=program)
     except (ValueError, OSError) as error:
-        sys.exit(f"python -m train.sb3.export: {error}")
-    print(f"{file}: the same to {difference:.1e}, {file.stat().st_size:,} bytes")
+        sys.exit(f"{program}: {error}")
 
 
 if __name__ == "__main__":

@@ -24,6 +24,8 @@ RATES = (1e-6, 1e-3)
 """Smallest and largest learning rate of the actor."""
 STATS_WINDOW = 2048
 """Ends of boats' episodes over which returns and success are averaged."""
+SAME_NAMES = "learning_rate gamma gae_lambda ent_coef vf_coef max_grad_norm target_kl"
+"""Options that stable-baselines3 calls as CleanRL does."""
 
 
 class Learner(PPO):
@@ -33,20 +35,13 @@ class Learner(PPO):
     to its actions has to be small compared with their noise. So its learning rate follows the
     divergence of the updates. In the first updates only the critic learns: it has to judge the
     actor that there is before the actor follows it.
-
-    Attributes:
-        config: of the run.
-        status: timesteps, seconds and best score of the training.
-        actor_rate: learning rate of the actor.
-        progress: of the curriculum, 0 to 1.
-        random_state: states of the random generators at the checkpoint.
     """
 
-    config: Config
-    status: Status
-    actor_rate: float
-    progress: float
-    random_state: Any = None
+    config: Config  # of the run
+    status: Status  # timesteps, seconds and best score of the training
+    actor_rate: float  # learning rate of the actor
+    progress: float  # of the curriculum, 0 to 1
+    random_state: Any = None  # states of the random generators at the checkpoint
 
     @classmethod
     def create(cls, config: Config, worlds: VecEnv) -> Self:
@@ -57,20 +52,14 @@ class Learner(PPO):
         learner = cls(
             policy,
             worlds,
-            learning_rate=options.learning_rate,
             n_steps=options.num_steps,
             batch_size=-(-rows // options.num_minibatches),
             n_epochs=options.update_epochs,
-            gamma=options.gamma,
-            gae_lambda=options.gae_lambda,
             clip_range=options.clip_coef,
-            ent_coef=options.ent_coef,
-            vf_coef=options.vf_coef,
-            max_grad_norm=options.max_grad_norm,
-            target_kl=options.target_kl,
             policy_kwargs=arguments,
             stats_window_size=STATS_WINDOW,
             device="cpu",
+            **{name: getattr(options, name) for name in SAME_NAMES.split()},
         )
         learner.config, learner.status = config, Status()
         learner.actor_rate = options.actor_learning_rate
@@ -81,11 +70,11 @@ class Learner(PPO):
         if isinstance(self.observation_space, Box):
             self.rollout_buffer_class = TorchRolloutBuffer
         super()._setup_model()
-        critic = [weights for name, weights in self.policy.named_parameters() if "value" in name]
-        actor = [weights for name, weights in self.policy.named_parameters() if "value" not in name]
-        self.policy.optimizer = torch.optim.Adam(
-            [{"params": actor}, {"params": critic}], self.lr_schedule(1.0), eps=1e-5
-        )
+        networks: tuple[list[Any], list[Any]] = ([], [])  # actor, critic
+        for name, weights in self.policy.named_parameters():
+            networks["value" in name].append(weights)
+        groups = [{"params": weights} for weights in networks]
+        self.policy.optimizer = torch.optim.Adam(groups, self.lr_schedule(1.0), eps=1e-5)
 
     def _excluded_save_params(self) -> list[str]:
         # Whoever reads the file without this package needs no buffer.

@@ -10,13 +10,7 @@ from baselines.scripted.scripted_policy import ScriptedPolicy
 
 
 class ResidualVecEnv(BoatVecEnv):
-    """A ``BoatVecEnv`` whose actions are added to those of the scripted policy.
-
-    Args:
-        *args: see ``BoatVecEnv``.
-        scale: fraction of a full action by which an action of 1 corrects the scripted policy.
-        **options: see ``BoatVecEnv``.
-    """
+    """A ``BoatVecEnv`` whose actions, scaled, are added to those of the scripted policy."""
 
     def __init__(self, *args: Any, scale: float, **options: Any) -> None:
         super().__init__(*args, **options)

@@ -21,7 +21,7 @@ from train.config import SEEDS_PER_RUN, Config
 from train.evaluation import last_timesteps, truncate_curve
 from train.keep_best import PROGRESS_BAR, KeepBest, passed
 from train.launch import open_run, tracked
-from train.run import BEST, TENSORBOARD, Run
+from train.run import TENSORBOARD, Run
 from train.sb3.policies import actor
 from train.sb3.ppo import Learner
 from train.sb3.vec_env import TrainingVecEnv
@@ -67,7 +67,7 @@ class Callback(BaseCallback):
 
     def evaluate(self) -> None:
         """Scores the policy as it is, and keeps it if it is the best so far."""
-        model, file = self.model, self._run.folder / f"{BEST}.zip"
+        model, file = self.model, self._run.folder / "best.zip"
         model.status.timesteps = model.num_timesteps
         layers = actors.get_layers(actor(model.policy))
         self._keep_best.evaluate(layers, lambda: write(file, model.save))
@@ -102,7 +102,7 @@ def train(config: Config) -> None:
     with tracked(run):
         began, worlds = time.monotonic(), TrainingVecEnv(config)
         resumed = run.checkpoint.exists()
-        learner = _resumed(run, worlds) if resumed else _begun(config, worlds, layers)
+        learner = _learner(run, worlds, layers)
         done = learner.num_timesteps
         truncate_curve(run.curve, done if resumed else -1)
         learner.set_logger(configure(str(run.folder / TENSORBOARD), ["tensorboard"]))
@@ -120,19 +120,15 @@ def train(config: Config) -> None:
             print(f"the curriculum has progressed to {learner.progress:.0%} only", file=sys.stderr)
 
 
-def _begun(config: Config, worlds: TrainingVecEnv, layers: Layers | None) -> Learner:
-    """Returns a learner whose actor has the weights of a file, or has imitated, as asked for."""
-    learner = Learner.create(config, worlds)
-    network = actor(learner.policy)
-    if layers is not None:
-        actors.set_layers(network, layers)
-    imitation.imitate(network, config)
-    return learner
-
-
-def _resumed(run: Run, worlds: TrainingVecEnv) -> Learner:
-    """Returns the learner of the checkpoint."""
-    run.note_code()
-    learner = Learner.load(run.checkpoint, env=worlds, device="cpu")
-    learner.restore_random_state()
+def _learner(run: Run, worlds: TrainingVecEnv, layers: Layers | None) -> Learner:
+    """Returns the learner of the checkpoint, or one that begins with layers or by imitation."""
+    if run.checkpoint.exists():
+        run.note_code()
+        learner = Learner.load(run.checkpoint, env=worlds, device="cpu")
+        learner.restore_random_state()
+    else:
+        learner = Learner.create(run.config, worlds)
+        if layers is not None:
+            actors.set_layers(actor(learner.policy), layers)
+        imitation.imitate(actor(learner.policy), run.config)
     return learner

@@ -5,7 +5,6 @@ from functools import partial
 from itertools import chain
 from typing import Any
 
-import gymnasium
 import numpy as np
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
@@ -14,16 +13,12 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 from asv_env.envs.sb3 import BoatVecEnv
 from asv_env.types import Action
 from train.config import Config
-from train.curriculum import CurriculumStates, rollout_states, scaled_noise, training_params
+from train.curriculum import adapter_options, rollout_states
 from train.sb3.residual import ResidualVecEnv
 
 
 class TrainingVecEnv(VecEnv):
-    """One ``BoatVecEnv`` for each combination of team size and scenario, their rows joined.
-
-    Args:
-        config: of the run.
-    """
+    """One ``BoatVecEnv`` for each combination of team size and scenario, their rows joined."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
@@ -36,16 +31,10 @@ class TrainingVecEnv(VecEnv):
         super().__init__(sum(rows), first.observation_space, first.action_space)
 
     def restart(self, progress: float, seed: int) -> Any:
-        """Makes all worlds again and begins their episodes.
+        """Makes all worlds again and begins their episodes; returns observations of all rows.
 
-        What follows depends on these two arguments alone.
-
-        Args:
-            progress: of the curriculum.
-            seed: of the first world; the others count up from it.
-
-        Returns:
-            Observations of all rows.
+        What follows depends on the progress of the curriculum and the seed of the first world
+        alone; the seeds of the others count up from it.
         """
         self.close()
         self._parts = self._create(progress)
@@ -54,29 +43,12 @@ class TrainingVecEnv(VecEnv):
 
     def _create(self, progress: float) -> list[BoatVecEnv]:
         config = self._config
-        residual = config.network.residual
+        residual, with_state = config.network.residual, config.network.critic == "central"
         adapter: Any = partial(ResidualVecEnv, scale=residual) if residual else BoatVecEnv
         parts = []
-        for states, ((team, scenario), worlds) in zip(
-            self._states, self._groups.items(), strict=True
-        ):
-            params = scaled_noise(training_params(config, team, scenario), progress)
-            parts.append(
-                adapter(
-                    config.task,
-                    worlds,
-                    team,
-                    scenario,
-                    stagger=True,
-                    initial_states=CurriculumStates(config, states, progress),
-                    with_state=config.network.critic == "central",
-                    clock=params.clock,
-                    sensors=params.sensors,
-                    variation=params.variation,
-                    task_params=params.task,
-                    observation=params.observation,
-                )
-            )
+        for states, (group, worlds) in zip(self._states, self._groups.items(), strict=True):
+            options = adapter_options(config, group, states, progress)
+            parts.append(adapter(num_envs=worlds, stagger=True, with_state=with_state, **options))
         return parts
 
     def reset(self) -> Any:
@@ -90,15 +62,10 @@ class TrainingVecEnv(VecEnv):
 
     def step_wait(self) -> Any:
         """See ``BoatVecEnv.step_wait``."""
-        observations, rewards, dones, infos = zip(
-            *(part.step_wait() for part in self._parts), strict=True
-        )
-        return (
-            _joined(observations),
-            np.concatenate(rewards),
-            np.concatenate(dones),
-            list(chain.from_iterable(infos)),
-        )
+        steps = zip(*(part.step_wait() for part in self._parts), strict=True)
+        observations, rewards, dones, infos = steps
+        ended = np.concatenate(dones), list(chain.from_iterable(infos))
+        return _joined(observations), np.concatenate(rewards), *ended
 
     def close(self) -> None:
         """Closes all worlds."""
@@ -123,11 +90,7 @@ class TrainingVecEnv(VecEnv):
 
     set_options = set_attr = env_method = _refuse
 
-    def env_is_wrapped(
-        self,
-        wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
-        indices: VecEnvIndices = None,
-    ) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
         """Returns whether rows are wrapped: as if by a Monitor, see ``BoatVecEnv``."""
         return [issubclass(Monitor, wrapper_class) for _ in self._get_indices(indices)]
 
