@@ -40,9 +40,9 @@ class StoppedError(RuntimeError):
 class Comparison:
     """Policies compared on the same episodes."""
 
-    request: Request  # what was compared
-    results: Results  # rows of the episodes by condition, policy and training
-    summary: Mapping[str, Any]  # success, measures and comparisons, as in summary.json
+    request: Request  #: what was compared
+    results: Results  #: rows of the episodes by condition, policy and training
+    summary: Mapping[str, Any]  #: success, measures and comparisons, as in summary.json
 
     @property
     def episodes(self) -> pd.DataFrame:
@@ -87,8 +87,8 @@ class Comparison:
 
         The path ends in ".gif" or ".mp4".
         """
-        policies = {one.name: one.trainings[0] for one in self.request.policies}
-        source = policies[choice("policy", policy or next(iter(policies)), policies)]
+        policies = self.request.policies
+        source = policies[choice("policy", policy or next(iter(policies)), policies)][0]
         film.save(path, source.make, self._condition(condition).params, self.results.suite.seed)
 
     def _condition(self, name: str | None) -> Condition:

@@ -24,8 +24,7 @@ from baselines.evaluate.suites import SUITES
 from baselines.paper.coasting import coasting_distance
 
 PROGRAM = "python -m baselines.evaluate.bound"
-SPEEDS = 1000
-"""Number of speeds for which the push is tabulated."""
+SPEEDS = 1000  #: number of speeds for which the push is tabulated
 
 
 def top_speed(linear: float, quadratic: float, force: float) -> float:

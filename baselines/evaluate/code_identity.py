@@ -12,8 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-PACKAGES = ("asv_env", "baselines")
-"""Packages whose code ``provenance.code`` covers."""
+PACKAGES = ("asv_env", "baselines")  #: packages whose code ``provenance.code`` covers
 
 
 def digest(data: bytes) -> str:

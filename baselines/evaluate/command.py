@@ -13,6 +13,7 @@ from asv_env.render import video
 from baselines.evaluate.api import Comparison, InputError, StoppedError, compare, refusing
 from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import is_file
+from baselines.evaluate.report import rendering
 from baselines.evaluate.request import FILES
 from baselines.evaluate.suites import SUITES, sweep
 from baselines.paper.paper_numbers import PAPER_GOAL
@@ -35,52 +36,39 @@ class Options:
     policies: tuple[str, ...] = ("scripted",)
     """scripted, paper, learned, idle, random; a policy file (.npz), a stable-baselines3 model
     (.zip), or module:Class. NAME=WORD gives it another name, NAME=WORD,WORD,... is one policy that
-    was trained several times. The others are compared with the first."""
+    was trained several times. The others are compared with the first"""
     trust_pickles: bool = False
-    """Read stable-baselines3 models; doing so runs whatever code is in them."""
+    """read stable-baselines3 models; doing so runs whatever code is in them"""
     suite: str | None = None
-    """Suite to run: quick-v1, paper-v1, plane-v1, robust-v1, team-v1, shape-v1. Without one, a
-    sweep over the tasks, scenarios and team sizes below is run."""
+    """suite to run: quick-v1, paper-v1, plane-v1, robust-v1, team-v1, shape-v1. Without one, a
+    sweep over the tasks, scenarios and team sizes below is run"""
     task: tuple[str, ...] = ("transport",)
-    """approach, push, transport, or module:NAME; a suite takes one, a sweep several."""
+    """approach, push, transport, or module:NAME; a suite takes one, a sweep several"""
     episodes: int | None = None
-    """Number of episodes of each condition; by default the suite's, or 100."""
+    """number of episodes of each condition; by default the suite's, or 100"""
     scenario: tuple[str, ...] = ()
-    """Scenarios of a sweep: nominal, noisy, current, gyre, mismatch, failure, harsh, or
-    module:NAME; by default nominal."""
-    num_boats: tuple[int, ...] = ()
-    """Team sizes of a sweep, 2 to 100; by default 4."""
-    preset: str | None = None
-    """Preset of a sweep: nominal, experiment, paper_simulation, tank."""
-    seed: int | None = None
-    """Seed of the first episode of a sweep; by default 0."""
+    """scenarios of a sweep: nominal, noisy, current, gyre, mismatch, failure, harsh, or
+    module:NAME; by default nominal"""
+    num_boats: tuple[int, ...] = ()  # team sizes of a sweep, 2 to 100; by default 4
+    preset: str | None = None  # preset of a sweep: nominal, experiment, paper_simulation, tank
+    seed: int | None = None  # seed of the first episode of a sweep; by default 0
     goal: tuple[float, float, float] | None = None
-    """Goal of a sweep, the pose x y heading of the vessel in m, m, rad; by default the paper's."""
-    random_goals: bool = False
-    """Draw a goal for each episode of a sweep by its seed."""
+    """goal of a sweep, the pose x y heading of the vessel in m, m, rad; by default the paper's"""
+    random_goals: bool = False  # draw a goal for each episode of a sweep by its seed
     workers: int | None = None
-    """Number of processes, by default one a core; 0 runs everything in this one, for a debugger.
-    It changes no number."""
-    num_envs: int = 64
-    """Number of worlds side by side in a process. It changes no number."""
-    out: Path | None = None
-    """Folder of the run; by default below runs."""
+    """number of processes, by default one a core; 0 runs everything in this one, for a debugger.
+    It changes no number"""
+    num_envs: int = 64  # number of worlds side by side in a process. It changes no number
+    out: Path | None = None  # folder of the run; by default below runs
     replays: int | None = None
-    """Number of first episodes of each condition that can be watched in the report; where policies
-    fail, up to as many again. By default 180, shared by the conditions."""
-    record: bool = False
-    """Save trajectories too, for imitation learning."""
-    video: Path | None = None
-    """Film the first episode: .gif or .mp4."""
-    overwrite: bool = False
-    """Replace what is in the way."""
+    """number of first episodes of each condition that can be watched in the report; where policies
+    fail, up to as many again. By default 180, shared by the conditions"""
+    record: bool = False  # save trajectories too, for imitation learning
+    video: Path | None = None  # film the first episode: .gif or .mp4
+    overwrite: bool = False  # replace what is in the way
 
     def chosen_suite(self) -> Suite:
-        """Returns the suite or the sweep that is asked for.
-
-        Raises:
-            ValueError: an unknown name, a value out of range, or options that exclude each other.
-        """
+        """Returns the suite or the sweep that is asked for, by options that go together."""
         if self.suite is not None:
             return self._named_suite(self.suite)
         if self.random_goals and self.goal:
@@ -104,24 +92,19 @@ class Options:
         return suite if self.task == Options.task else suite.with_task(self.task[0])
 
     def named_policies(self) -> dict[str, list[str]]:
-        """Returns the words of ``policies`` by the names of the policies.
-
-        Raises:
-            ValueError: a name twice, or several trainings without a name.
-        """
+        """Returns the words of ``policies`` by the names of the policies."""
         found: dict[str, list[str]] = {}
         for word in self.policies:
             name, equals, rest = word.partition("=")
             if not equals or Path(word).exists():
-                name, equals, rest = "", "", word
+                name, rest = "", word
             words = rest.split(",")
-            if len(words) > 1 and not equals:
+            if len(words) > 1 and not name:
                 raise ValueError(
                     f"{word}: several trainings of one policy need a name, NAME=A.zip,B.zip; "
                     "separate different policies with spaces"
                 )
-            if not equals:
-                name = Path(word).stem if is_file(word) else word.rpartition(":")[2]
+            name = name or (Path(word).stem if is_file(word) else word.rpartition(":")[2])
             if name in found:
                 given = " ".join(self.policies)
                 raise ValueError(f"--policies {given}: name each policy once (NAME=...)")
@@ -156,19 +139,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         reason = "stopped" if isinstance(error, KeyboardInterrupt) else str(error)
         sys.exit(f"\n{reason}\nFinished episodes are kept: give the same command to continue.")
     print(comparison)
-    _print_errors(comparison)
+    for line in rendering.broken(comparison.results):
+        print(f"policy error: {line}")
     print(f"Results: {', '.join(str(out / name) for name in FILES)}")
     if options.video is not None:
         _film(comparison, options.video)
-
-
-def _print_errors(comparison: Comparison) -> None:
-    """Names the episodes in which a policy raised or gave no usable action, the first few."""
-    broken = [row for row in comparison.results if row.error]
-    for row in broken[:10]:
-        print(f"policy error: {row.policy}, {row.condition}, seed {row.seed}: {row.error}")
-    if len(broken) > 10:
-        print(f"... and {len(broken) - 10} more; see the column error of episodes.csv")
 
 
 def _film(comparison: Comparison, path: Path) -> None:

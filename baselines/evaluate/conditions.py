@@ -18,10 +18,8 @@ from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.tasks import starts
 
-EPISODES = 2000
-"""Episodes of a condition that carries a comparison."""
-IN_DIGEST = 3
-"""Number of episodes of a condition whose initial states go into the digest."""
+EPISODES = 2000  #: episodes of a condition that carries a comparison
+IN_DIGEST = 3  #: number of episodes of a condition whose initial states go into the digest
 NOT_IN_DIGEST = ("reward", "definition", "observation")
 """Fields of ``EnvParams`` by which episodes are judged or seen, not what they are."""
 NAMED = {"task", "num_boats", "scenario", "preset"}
@@ -37,15 +35,15 @@ class Condition:
     Raises ValueError for an option that is a field.
     """
 
-    name: str  # unique in its suite
-    about: str = ""  # description in a few words
-    control: str | None = None  # name of the condition without the disturbance, if any
-    task: Any = "transport"  # name of a task, "module:NAME", or a Task
-    scenario: Any = "nominal"  # name of a scenario, "module:NAME", or its overrides as a mapping
-    preset: str = "nominal"  # this, num_boats and options are as in make_params
+    name: str  #: unique in its suite
+    about: str = ""  #: description in a few words
+    control: str | None = None  #: name of the condition without the disturbance, if any
+    task: Any = "transport"  #: name of a task, "module:NAME", or a Task
+    scenario: Any = "nominal"  #: name of a scenario, "module:NAME", or its overrides as a mapping
+    preset: str = "nominal"  #: this, num_boats and options are as in make_params
     num_boats: int | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
-    environment: EnvParams | None = None  # complete parameters, in place of the five above
+    environment: EnvParams | None = None  #: complete parameters, in place of the five above
 
     def __post_init__(self) -> None:
         if doubled := sorted(NAMED & set(self.options)):
@@ -77,19 +75,18 @@ class Condition:
 class Suite:
     """A set of episodes."""
 
-    name: str  # with its version, such as "plane-v1"
-    about: str  # purpose, in a sentence
-    conditions: tuple[Condition, ...]  # one or more, their names unique
-    seed: int = 0  # first seed of every condition
-    episodes: int = EPISODES  # number of episodes of every condition
+    name: str  #: with its version, such as "plane-v1"
+    about: str  #: purpose, in a sentence
+    conditions: tuple[Condition, ...]  #: one or more, their names unique
+    seed: int = 0  #: first seed of every condition
+    episodes: int = EPISODES  #: number of episodes of every condition
 
     def with_task(self, task: Any) -> Self:
         """Returns the suite with another task, unless a condition has complete parameters."""
-        for condition in self.conditions:
-            if condition.environment is not None:
-                raise ValueError(f"task={task}: the condition {condition.name!r} has its own task")
-        conditions = tuple(replace(condition, task=task) for condition in self.conditions)
-        return replace(self, conditions=conditions)
+        for each in self.conditions:
+            if each.environment is not None:
+                raise ValueError(f"task={task}: the condition {each.name!r} has its own task")
+        return replace(self, conditions=tuple(replace(c, task=task) for c in self.conditions))
 
     def first(self, episodes: int) -> Self:
         """Returns the suite with the first episodes of every condition."""

@@ -37,10 +37,10 @@ class PolicySource:
     It can be sent to another process.
     """
 
-    word: str  # name in messages
-    factory: MakePolicy  # function that makes the policy
-    file: Path | None = None  # where it is stored or defined; None in this package or a notebook
-    identity: str = ""  # part of the fingerprint that does not depend on the file
+    word: str  #: name in messages
+    factory: MakePolicy  #: function that makes the policy
+    file: Path | None = None  #: where it is stored or defined; None in this package or a notebook
+    identity: str = ""  #: part of the fingerprint that does not depend on the file
 
     def make(self, params: EnvParams) -> Policy:
         """Returns the policy for an environment, or raises ValueError where it does not fit it."""
@@ -67,11 +67,9 @@ def is_file(word: str) -> bool:
 def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicySource:
     """Returns the source of a policy.
 
-    Args:
-        given: name of a registered policy, path of a policy file (``.npz``) or of a
-            stable-baselines3 model (``.zip``), "module:Class", or a class or another function
-            ``EnvParams -> Policy``.
-        trust_pickles: whether files may be read that run code.
+    It is given as a registered name, as the path of a policy file (``.npz``) or, if files may be
+    read that run code, of a stable-baselines3 model (``.zip``), as "module:Class", or as a class or
+    another function ``EnvParams -> Policy``.
 
     Raises:
         ValueError: an unknown name, or a file that must not be read.
@@ -125,20 +123,10 @@ def _written(word: str, factory: Any) -> PolicySource:
     return PolicySource(word, factory, *identify(factory))
 
 
-@dataclass(frozen=True)
-class NamedPolicy:
-    """A policy that is compared, with a source for each training; its name is also a folder's."""
-
-    name: str
-    trainings: tuple[PolicySource, ...]
-
-    def training_seed(self, number: int) -> int | None:
-        """Returns the number of a training, as in rows; None where there is only one."""
-        return number if len(self.trainings) > 1 else None
-
-
-def named(policies: Mapping[str, PolicyLike], trust_pickles: bool) -> tuple[NamedPolicy, ...]:
-    """Returns the policies of a comparison, found but not yet made.
+def named(
+    policies: Mapping[str, PolicyLike], trust_pickles: bool
+) -> dict[str, tuple[PolicySource, ...]]:
+    """Returns the sources of the trainings of each policy by its name, found but not yet made.
 
     Raises:
         ValueError, TypeError: a name that cannot be one, or trainings that are no trainings.
@@ -146,7 +134,7 @@ def named(policies: Mapping[str, PolicyLike], trust_pickles: bool) -> tuple[Name
     """
     if not isinstance(policies, Mapping) or not policies:
         raise TypeError(f"policies={policies!r}: give at least one, by name: {{'mine': MyPolicy}}")
-    found = []
+    found = {}
     for name, given in policies.items():
         several = isinstance(given, Sequence) and not isinstance(given, str)
         trainings: list[Any] = list(cast(Any, given)) if several else [given]
@@ -162,26 +150,24 @@ def named(policies: Mapping[str, PolicyLike], trust_pickles: bool) -> tuple[Name
                 f"policies: {name}={','.join(map(str, trainings))}: several trainings of one "
                 "policy are files or classes of their own; different policies need a name each"
             )
-        sources = [find(training, trust_pickles) for training in trainings]
-        found.append(NamedPolicy(name, tuple(sources)))
-    return tuple(found)
+        found[name] = tuple(find(training, trust_pickles) for training in trainings)
+    return found
 
 
-def check_fit(policies: Sequence[NamedPolicy], suite: Suite) -> None:
+def check_fit(policies: Mapping[str, Sequence[PolicySource]], suite: Suite) -> None:
     """Makes every policy for every condition and lets it decide once.
 
     Raises:
         ValueError, TypeError: it cannot be made, or does not act as ``Policy`` says.
     """
-    for policy in policies:
-        for source in policy.trainings:
+    for name, trainings in policies.items():
+        for source in trainings:
             for condition in suite.conditions:
                 try:
                     _check_decision(source, condition.params, suite.seed)
                 except ValueError as error:
-                    raise ValueError(
-                        f"{policy.name} in condition {condition.name!r}: {error}"
-                    ) from error
+                    message = f"{name} in condition {condition.name!r}: {error}"
+                    raise ValueError(message) from error
 
 
 def _check_decision(source: PolicySource, params: EnvParams, seed: int) -> None:

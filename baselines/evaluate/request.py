@@ -16,7 +16,7 @@ from tqdm import tqdm
 from baselines.evaluate import workers
 from baselines.evaluate.code_identity import fingerprint, identify, own_functions
 from baselines.evaluate.conditions import Condition, Suite
-from baselines.evaluate.policy_sources import NamedPolicy, check_fit
+from baselines.evaluate.policy_sources import PolicySource, check_fit
 from baselines.evaluate.report import document
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import NAME as STORE
@@ -28,8 +28,7 @@ from baselines.rollout.episodes import Label
 FILES = ("episodes.csv", "summary.json", *document.FILES)
 """Files that a comparison leaves in its folder."""
 LIBRARIES = ("numpy", "scipy", "pymunk")
-REPLAYS = 180
-"""Replayed episodes of a report, without those that are added where policies fail."""
+REPLAYS = 180  #: replayed episodes of a report, without those that are added where policies fail
 LEAST = {"workers": 0, "num_envs": 1, "replays": 0}
 
 
@@ -43,7 +42,7 @@ class Request:
     """
 
     suite: Suite
-    policies: tuple[NamedPolicy, ...]
+    policies: Mapping[str, tuple[PolicySource, ...]]
     out: Path
     workers: int
     num_envs: int
@@ -67,7 +66,7 @@ class Request:
     @cached_property
     def fingerprints(self) -> Mapping[str, list[str]]:
         """Fingerprints of the trainings of each policy, by name."""
-        return {p.name: [source.fingerprint() for source in p.trainings] for p in self.policies}
+        return {name: [each.fingerprint() for each in of] for name, of in self.policies.items()}
 
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
@@ -83,12 +82,12 @@ class Request:
             **({"definition of the task or the observation": sorted(own)} if own else {}),
         }
 
-    def runs(self) -> Iterator[tuple[RunKey, Condition, NamedPolicy]]:
+    def runs(self) -> Iterator[tuple[RunKey, Condition]]:
         """Yields every training of every policy in every condition."""
         for condition in self.suite.conditions:
-            for policy in self.policies:
-                for number in range(len(policy.trainings)):
-                    yield RunKey(condition.name, policy.name, number), condition, policy
+            for policy, trainings in self.policies.items():
+                for number in range(len(trainings)):
+                    yield RunKey(condition.name, policy, number), condition
 
 
 def check_least(name: str, value: int, least: int) -> None:
@@ -114,27 +113,26 @@ def run(request: Request, store: Store, progress: bool) -> None:
 def collect(request: Request, store: Store) -> Results:
     """Returns the rows of all episodes of a comparison."""
     rows: dict[tuple[str, str], list[Any]] = {}
-    for key, _, _ in request.runs():
+    for key, _ in request.runs():
         training = list(store.rows(key, request.suite.seeds))
         rows.setdefault((key.condition, key.policy), []).append(training)
-    return Results(request.suite, tuple(policy.name for policy in request.policies), rows)
+    return Results(request.suite, tuple(request.policies), rows)
 
 
-def _job(
-    request: Request, store: Store, key: RunKey, condition: Condition, policy: NamedPolicy
-) -> Job:
+def _job(request: Request, store: Store, key: RunKey, condition: Condition) -> Job:
     """Returns the job of the missing episodes of one training in one condition."""
-    seed = policy.training_seed(key.training)
+    trainings = request.policies[key.policy]
+    seed = key.training if len(trainings) > 1 else None
     record = None
     if request.record:
-        record = trajectories.folder(request.out, condition.name, policy.name, seed)
+        record = trajectories.folder(request.out, key.condition, key.policy, seed)
     done = _done(request, store, key, record)
     return Job(
         key,
         condition.params,
-        policy.trainings[key.training],
-        request.fingerprints[policy.name][key.training],
-        Label(policy.name, seed, condition.name, condition.scenario_name),
+        trainings[key.training],
+        request.fingerprints[key.policy][key.training],
+        Label(key.policy, seed, key.condition, condition.scenario_name),
         [seed for seed in request.suite.seeds if seed not in done],
         request.num_envs,
         record,

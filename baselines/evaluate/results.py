@@ -34,8 +34,8 @@ class Results:
     Rows by condition and policy are S trainings (1 of a scripted policy) of E episodes each.
     """
 
-    suite: Suite  # the suite that was run, with as many episodes as were run
-    policies: tuple[str, ...]  # names, in order; the others are compared with the first
+    suite: Suite  #: the suite that was run, with as many episodes as were run
+    policies: tuple[str, ...]  #: names, in order; the others are compared with the first
     rows: Mapping[tuple[str, str], Sequence[Sequence[Episode]]]
 
     def column(self, condition: str, policy: str, name: str) -> Float:

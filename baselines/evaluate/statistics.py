@@ -30,8 +30,7 @@ from baselines.evaluate.variation import (
 
 Statistic = Literal["mean", "iqm"]
 
-TRIM = {"mean": 0.0, "iqm": 0.25}
-"""Fraction of the values that each statistic drops at either end."""
+TRIM = {"mean": 0.0, "iqm": 0.25}  #: fraction of the values that each statistic drops at either end
 ROUNDING = 1e-15
 """Variance of a share that is zero but for rounding; one failure in 5 x 10,000 runs has 4e-10."""
 
@@ -47,10 +46,10 @@ REFUSED: dict[str, tuple[Callable[[Table], NDArray[np.bool_]], str]] = {
 class Estimate:
     """A value with its interval, in the unit of the data."""
 
-    value: float | None  # estimate; None where there are no data
-    low: float | None  # lower bound; None where the data do not tell
-    high: float | None  # upper bound, likewise
-    n: int  # number of episodes on which it rests, each counted once for any number of trainings
+    value: float | None  #: estimate; None where there are no data
+    low: float | None  #: lower bound; None where the data do not tell
+    high: float | None  #: upper bound, likewise
+    n: int  #: number of episodes on which it rests, each counted once for any number of trainings
 
 
 def iqm(x: ArrayLike, axis: int | None = None) -> Table:

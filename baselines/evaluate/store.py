@@ -20,14 +20,10 @@ from asv_env.geometry import wrap
 from asv_env.types import Float
 from baselines.rollout.episodes import Episode, PoseLog
 
-NAME = "episodes.sqlite"
-"""File name of the database."""
-POLICY = "policy "
-"""Prefix of a policy's name in the provenance."""
-LAYOUT = 3
-"""Version of the database's layout: a new one wherever an old database would be misread."""
-UNITS = (1e-3, 1e-3, 1e-4)
-"""Resolution of stored poses: m, m, rad."""
+NAME = "episodes.sqlite"  #: file name of the database
+POLICY = "policy "  #: prefix of a policy's name in the provenance
+LAYOUT = 3  #: version of the database's layout: a new one wherever an old database would be misread
+UNITS = (1e-3, 1e-3, 1e-4)  #: resolution of stored poses: m, m, rad
 TABLES = """
 CREATE TABLE IF NOT EXISTS provenance (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS episode (

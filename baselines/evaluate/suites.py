@@ -130,8 +130,7 @@ def find(given: str | Suite | Condition | EnvParams | Sequence[Condition]) -> Su
     """Returns the suite of a name, of conditions, or of an environment's parameters.
 
     Raises:
-        ValueError: an unknown name, no condition, or two of the same name.
-        TypeError: something else.
+        ValueError, TypeError: an unknown name, two conditions of the same name, or something else.
     """
     if isinstance(given, str | Suite):
         return SUITES.find(given)

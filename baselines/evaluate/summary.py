@@ -20,11 +20,11 @@ TOLERANCES = (0.5, 1.0, 2.0)
 class Measure:
     """A column that is summarised."""
 
-    label: str  # name in tables
-    unit: str  # unit in tables
-    scale: float = 1.0  # factor from the column's unit to that of tables
-    signed: bool = True  # whether its sign counts; else magnitudes are summarised
-    least: float = 0.0  # least possible value, below which no interval of a mean reaches
+    label: str  #: name in tables
+    unit: str  #: unit in tables
+    scale: float = 1.0  #: factor from the column's unit to that of tables
+    signed: bool = True  #: whether its sign counts; else magnitudes are summarised
+    least: float = 0.0  #: least possible value, below which no interval of a mean reaches
 
 
 MEASURES = {

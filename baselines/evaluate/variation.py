@@ -10,14 +10,10 @@ from scipy import special
 
 Table = NDArray[np.float64]
 
-LEVEL = 0.95
-"""Level of all intervals."""
-TAIL = (1 - LEVEL) / 2
-"""Probability beyond either bound."""
-RESAMPLES = 2000
-"""Number of bootstrap resamples."""
-BATCH = 1_000_000
-"""Number of resampled values that are held at once: 8 MB an array."""
+LEVEL = 0.95  #: level of all intervals
+TAIL = (1 - LEVEL) / 2  #: probability beyond either bound
+RESAMPLES = 2000  #: number of bootstrap resamples
+BATCH = 1_000_000  #: number of resampled values that are held at once: 8 MB an array
 
 
 def influence(values: ArrayLike, trim: float) -> tuple[Table, Table]:

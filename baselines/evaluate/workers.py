@@ -36,10 +36,8 @@ from baselines.evaluate.store import RunKey
 from baselines.rollout import runner, trajectories
 from baselines.rollout.episodes import Label, PoseLog
 
-POLL = 0.5
-"""Time between two looks of a worker at whether its parent is alive, s."""
-WATCH = "watch of the parent"
-"""Name of the thread that looks."""
+POLL = 0.5  #: time between two looks of a worker at whether its parent is alive, s
+WATCH = "watch of the parent"  #: name of the thread that looks
 
 
 class WorkerError(RuntimeError):
@@ -50,14 +48,14 @@ class WorkerError(RuntimeError):
 class Job:
     """Episodes of one run."""
 
-    key: RunKey  # run to which they belong
+    key: RunKey  #: run to which they belong
     params: EnvParams
     source: PolicySource
-    fingerprint: str  # that of the source when it was checked
-    label: Label  # names of policy and condition, for the rows
-    seeds: Sequence[int]  # one an episode
-    num_envs: int  # worlds side by side
-    record: Path | None = None  # folder for trajectories; None records none
+    fingerprint: str  #: that of the source when it was checked
+    label: Label  #: names of policy and condition, for the rows
+    seeds: Sequence[int]  #: one an episode
+    num_envs: int  #: worlds side by side
+    record: Path | None = None  #: folder for trajectories; None records none
 
     def run(self) -> Iterator[PoseLog]:
         """Yields logs as the episodes end, trajectories saved; ValueError if the policy changed."""
@@ -77,12 +75,10 @@ class Job:
 
 
 def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
-    """Runs jobs; yields episodes as they, or the batches to which they belong, end.
+    """Begins jobs in their order; yields episodes as they, or their batches, end.
 
-    Args:
-        jobs: in the order in which they are begun.
-        workers: number of processes; 0 runs everything in this one, as a debugger wants it. An
-            active joblib backend other than loky decides for itself.
+    Without workers everything runs in this process, as a debugger wants it. An active joblib
+    backend other than loky decides for itself how many there are.
 
     Raises:
         WorkerError: a worker has failed or was killed.

@@ -23,8 +23,7 @@ evaluation on development seeds, in the task of that training, noisy first; of m
 team and scenario, the median and the range. A file in the second column had no model card: what is
 known of it is in [docs/training](../../../docs/training/README.md).
 """
-MOST = 5
-"""Largest number of evaluations that are listed one by one."""
+MOST = 5  #: largest number of evaluations that are listed one by one
 HEADS = (
     *("training", "begins with", "scenarios", "boats", "steps", "minutes", "seeds of its worlds"),
     *("success", "time [s]"),
@@ -35,12 +34,10 @@ def page(folder: Path) -> str:
     """Returns the model cards of all policy files in a folder, in Markdown."""
     parts = [INTRODUCTION.strip()]
     for file in sorted(folder.glob(f"*{policy_file.SUFFIX}")):
-        named = [name for name, task in TASKS.items() if shipped.file_for(task) == file]
-        tasks = map(str.capitalize, named)
+        tasks = [name.capitalize() for name, t in TASKS.items() if shipped.file_for(t) == file]
         parts += [f"## {file.name}", f"For {' and '.join(tasks)}; {file.stat().st_size:,} bytes."]
         for card in of_networks(file):
-            lines = [_line(training) for training in trainings(card)]
-            parts.append(grid(HEADS, lines, left=HEADS[:3]))
+            parts.append(grid(HEADS, map(_line, trainings(card)), left=HEADS[:3]))
     return "\n\n".join(parts) + "\n"
 
 

@@ -45,12 +45,9 @@ END = "<!-- results: up to here -->"
 class Options:
     """Writes the published results onto the pages of the repository."""
 
-    results: Path = Path(FOLDER)
-    """Folder of the results, with one folder a suite."""
-    page: Path = Path("README.md")
-    """Page with the marks between which the overview stands."""
-    check: bool = False
-    """Whether to write nothing, and to fail where a page is stale."""
+    results: Path = Path(FOLDER)  # folder of the results, with one folder a suite
+    page: Path = Path("README.md")  # page with the marks between which the overview stands
+    check: bool = False  # whether to write nothing, and to fail where a page is stale
 
 
 def read(folder: Path) -> list[Results]:

@@ -24,15 +24,10 @@ FILES = ("report.html", "report.md")
 def write(
     out: Path, results: Results, summary: Mapping[str, Any], store: Store, replays: int
 ) -> list[Path]:
-    """Writes the report, and returns its files.
+    """Writes the report into the folder of a run, and returns its files.
 
-    Args:
-        out: folder of the run.
-        results: all rows.
-        summary: as in ``summary.json``.
-        store: holds the pose logs of the episodes.
-        replays: number of first episodes of each condition that the page can replay; up to as many
-            later ones are added in which a policy failed.
+    The page can replay the first episodes of each condition, ``replays`` in number, and up to as
+    many later ones in which a policy failed; the store holds their pose logs.
     """
     players = replay.find(results, summary["policies"])
     sections = {

@@ -4,7 +4,7 @@ They are made in the style of ``svg``. Arrays by policy have the shape (S, E) of
 episodes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,21 +16,20 @@ from asv_env.types import Bool, Float
 from baselines.evaluate.report import palette
 from baselines.evaluate.report.svg import FEW, HALF
 
-FULL = 10.9  # width of a row of panels, inches
-COLUMNS = 4  # largest number of panels side by side; five policies have three and two
-TITLE = 0.28  # space above a panel, inches
-FOOT = 0.5  # space below a panel, inches
-LEFT = 0.75  # space left of the panels, inches
-GAP = 0.1  # space around the panels where there are several rows of them, inches
-INSIDE = 0.9  # share of all errors that lie within the axes
-LEAST = 1.5  # smallest reach of the axes, in tolerances
-MOST = 2.0  # largest reach of the axes, in tolerances
-SCATTERED = 250  # largest number of goals that are drawn as marks; more are counted in cells
-CELLS = 7  # number of cells along each side of the plane of goals
-DASHED = (0, (3, 2))  # style of the lines of failed episodes and of goals
+FULL = 10.9  #: width of a row of panels, inches
+COLUMNS = 4  #: largest number of panels side by side; five policies have three and two
+TITLE = 0.28  #: space above a panel, inches
+FOOT = 0.5  #: space below a panel, inches
+LEFT = 0.75  #: space left of the panels, inches
+GAP = 0.1  #: space around the panels where there are several rows of them, inches
+INSIDE = 0.9  #: share of all errors that lie within the axes
+LEAST = 1.5  #: smallest reach of the axes, in tolerances
+MOST = 2.0  #: largest reach of the axes, in tolerances
+SCATTERED = 250  #: largest number of goals that are drawn as marks; more are counted in cells
+CELLS = 7  #: number of cells along each side of the plane of goals
+DASHED = (0, (3, 2))  #: style of the lines of failed episodes and of goals
 
-Spread = tuple[float, float]
-"""Mean and standard deviation."""
+Spread = tuple[float, float]  #: mean and standard deviation
 
 
 def errors(
@@ -49,12 +48,11 @@ def errors(
         tolerance: of the task, cm and rad.
         reference: distance, cm, and heading error, rad, from elsewhere; None shows none.
     """
-    near, turn = tolerance
-    width, height = _reach(heading, turn), _reach(distance, near)
+    width, height = _reach(heading, tolerance[1]), _reach(distance, tolerance[0])
     if reference is not None:
         height = max(height, 1.05 * sum(reference[0]))
         width = max(width, 1.2 * abs(reference[1][0]))
-    figure, axes_of = _panels(list(distance), 0.92)
+    figure, axes_of = _panels(distance, 0.92, "heading error [rad]", "smallest distance [cm]")
     colours = palette.by_policy(distance)
     for policy, axes in axes_of.items():
         _references(axes, tolerance, reference)
@@ -67,7 +65,6 @@ def errors(
         if outside:
             axes.set_title(f"{outside} outside", loc="right", color=palette.GREY, fontsize=8)
         axes.set(xlim=(-width, width), ylim=(0.0, height))
-    _label(axes_of, "heading error [rad]", "smallest distance [cm]")
     return figure
 
 
@@ -110,7 +107,7 @@ def goals(places: Float, success: Mapping[str, Bool], hull: Float, reach: float)
         hull: (n, 2) outline of the vessel at its initial pose, m.
         reach: largest distance of a goal along either axis, m.
     """
-    figure, axes_of = _panels(list(success), 1.0)
+    figure, axes_of = _panels(success, 1.0, "goal x [m]", "goal y [m]")
     colours = palette.by_policy(success)
     for policy, axes in axes_of.items():
         share = success[policy].mean(axis=0)
@@ -123,7 +120,6 @@ def goals(places: Float, success: Mapping[str, Bool], hull: Float, reach: float)
         _hull(axes, hull)
         axes.set_title(f"{policy}, {success[policy].mean():.1%}")
         _square(axes, np.zeros(2), 1.06 * reach)
-    _label(axes_of, "goal x [m]", "goal y [m]")
     return figure
 
 
@@ -156,7 +152,7 @@ def paths(
         hull: (n, 2) outline of the vessel at its initial pose, m.
         goal: (n, 2) the outline at the goal, m; None where every episode has its own goal.
     """
-    figure, axes_of = _panels(list(paths), 1.0)
+    figure, axes_of = _panels(paths, 1.0, "x [m]", "y [m]")
     colours = palette.by_policy(paths)
     points = [path for some in paths.values() for path in some]
     points += [hull] if goal is None else [hull, goal]
@@ -174,7 +170,6 @@ def paths(
         axes.set_title(policy)
         axes.locator_params(nbins=6)
         _square(axes, (low + high) / 2, 0.54 * float((high - low).max()))
-    _label(axes_of, "x [m]", "y [m]")
     return figure
 
 
@@ -189,8 +184,13 @@ def _square(axes: Axes, centre: Float, half: float) -> None:
     axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half))
 
 
-def _panels(policies: Sequence[str], aspect: float) -> tuple[Figure, dict[str, Axes]]:
-    """Returns a figure with a panel a policy, each ``aspect`` times as high as it is wide."""
+def _panels(
+    policies: Collection[str], aspect: float, x: str, y: str
+) -> tuple[Figure, dict[str, Axes]]:
+    """Returns a figure with a panel a policy, each ``aspect`` times as high as it is wide.
+
+    The x axes of all panels are labelled, and the y axes of those in the first column.
+    """
     count = len(policies)
     columns = count if count <= COLUMNS else -(-count // 2)
     rows = -(-count // columns)
@@ -199,17 +199,9 @@ def _panels(policies: Sequence[str], aspect: float) -> tuple[Figure, dict[str, A
     figure = Figure(figsize=(width, rows * height + (rows + 1) / 2 * FOOT))
     figure.set_layout_engine("constrained", h_pad=GAP if rows > 1 else 0.04)
     axes = list(figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).flat)
+    for number, panel in enumerate(axes):
+        panel.set(xlabel=x, ylabel="" if number % columns else y)
+        panel.tick_params(labelbottom=True)
     for unused in axes[count:]:
         unused.remove()
     return figure, dict(zip(policies, axes, strict=False))
-
-
-def _label(panels: Mapping[str, Axes], x: str, y: str) -> None:
-    """Labels the x axis of all panels, and the y axis of those in the first column."""
-    for axes in panels.values():
-        place = axes.get_subplotspec()
-        assert place is not None
-        axes.set_xlabel(x)
-        if place.is_first_col():
-            axes.set_ylabel(y)
-        axes.tick_params(labelbottom=True)

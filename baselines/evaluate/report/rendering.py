@@ -13,9 +13,8 @@ from markupsafe import Markup, escape
 
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import descriptions, formats
-from baselines.rollout.episodes import Episode
 
-SHOWN = 20  # largest number of broken episodes that are listed
+SHOWN = 20  #: largest number of broken episodes that are listed
 BROKEN = (
     "In these episodes the policy raised an error or gave an invalid action. They count as "
     "failures."
@@ -59,13 +58,11 @@ def content(results: Results, summary: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "summary": summary,
         "ran": _ran(results, summary),
-        "policies": {
-            name: _policy(name, fingerprints) for name, fingerprints in summary["policies"].items()
-        },
+        "policies": {name: _policy(name, of) for name, of in summary["policies"].items()},
         "tables": [descriptions.results(summary), descriptions.measures(summary)],
         "comparisons": [(heading, shown) for heading, shown in compared if shown.rows],
         "conditions": _conditions(results, summary),
-        "broken": _broken(results),
+        "broken": broken(results),
         "about_broken": BROKEN,
         "methods": METHODS,
         "provenance": provenance,
@@ -110,19 +107,17 @@ def _conditions(results: Results, summary: Mapping[str, Any]) -> list[dict[str, 
     return described
 
 
-def _broken(results: Results) -> list[str]:
+def broken(results: Results) -> list[str]:
     """Returns the first episodes that ended with an error of the policy, one a line."""
     rows = [row for row in results if row.error]
-    lines = [_error(row) for row in rows[:SHOWN]]
+    lines = []
+    for row in rows[:SHOWN]:
+        training = "" if row.training_seed is None else f", training {row.training_seed}"
+        message = " ".join(str(row.error).split())
+        lines.append(f"{row.policy}{training}, {row.condition}, seed {row.seed}: {message}")
     if len(rows) > SHOWN:
         lines.append(f"and {len(rows) - SHOWN} more: see the column error of episodes.csv")
     return lines
-
-
-def _error(row: Episode) -> str:
-    training = "" if row.training_seed is None else f", training {row.training_seed}"
-    message = " ".join(str(row.error).split())
-    return f"{row.policy}{training}, {row.condition}, seed {row.seed}: {message}"
 
 
 def _counted(number: int, one: str, several: str | None = None) -> str:

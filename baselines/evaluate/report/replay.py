@@ -23,10 +23,9 @@ from baselines.evaluate.store import RunKey, Store
 from baselines.evaluate.tables import formats
 from baselines.rollout.episodes import POSE_LOG_EVERY, Episode, PoseLog
 
-RATE = 2.5  # approximate number of poses a second that are kept; those between are interpolated
-UNITS = (1e-3, 1e-3, 1e-3)  # resolution of the poses: m, m, rad
-TRIVIAL = (["random"], ["idle"])
-"""Fingerprints of policies that are expected to fail."""
+RATE = 2.5  #: approximate number of poses a second that are kept; those between are interpolated
+UNITS = (1e-3, 1e-3, 1e-3)  #: resolution of the poses: m, m, rad
+TRIVIAL = (["random"], ["idle"])  #: fingerprints of policies that are expected to fail
 SHADES = (
     *("water_top", "water_bottom", "shadow", "deck", "keel", "edge", "white"),
     *("ink", "good", "failed", "mark", "quay"),

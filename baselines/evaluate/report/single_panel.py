@@ -20,16 +20,16 @@ from baselines.evaluate.report.svg import FEW, HALF
 from baselines.evaluate.tables.descriptions import in_order
 from baselines.rollout.episodes import CAUSES
 
-WIDE = 8.6  # width of a figure of bars, inches
-HEIGHT = 3.5  # height of the figures of times, inches
-PERCENT = (0.0, 100.0)  # limits of an axis in percent
-FIFTHS = range(0, 101, 20)  # ticks of an axis in percent
-MARKS = ("o", "s", "D", "^", "v", "P")  # marks of the policies, in order
-STEP = 0.2  # height of a policy's row in a condition, inches
-LABELLED = 2.5  # smallest share of a cause whose bar has room for its number, percent
+WIDE = 8.6  #: width of a figure of bars, inches
+HEIGHT = 3.5  #: height of the figures of times, inches
+PERCENT = (0.0, 100.0)  #: limits of an axis in percent
+FIFTHS = range(0, 101, 20)  #: ticks of an axis in percent
+MARKS = ("o", "s", "D", "^", "v", "P")  #: marks of the policies, in order
+STEP = 0.2  #: height of a policy's row in a condition, inches
+LABELLED = 2.5  #: smallest share of a cause whose bar has room for its number, percent
 RAMP = ("#6f5a8e", "#96598c", "#b9607f", "#d1716d", "#dc8a5c", "#dca858", "#d3c56a")
 """Colours of the causes of failure: the darker, the earlier the episode went wrong."""
-POINTS = 121  # number of times at which a profile is computed
+POINTS = 121  #: number of times at which a profile is computed
 PERCENTILES = (5, 25, 50, 75, 95)
 """Ends of the thin line and of the thick one, and the ring between them."""
 

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from baselines.evaluate.report import palette
 
-HALF = 5.3  # width of one of two figures side by side, inches
-FEW = 400  # largest number of marks in a panel that are drawn as vectors, not as pixels
-PX_PER_INCH = 96  # CSS pixels an inch
-PT_PER_INCH = 72  # points an inch, the unit of Matplotlib's SVG
-DPI = 160  # resolution of the parts that are kept as pixels
+HALF = 5.3  #: width of one of two figures side by side, inches
+FEW = 400  #: largest number of marks in a panel that are drawn as vectors, not as pixels
+PX_PER_INCH = 96  #: CSS pixels an inch
+PT_PER_INCH = 72  #: points an inch, the unit of Matplotlib's SVG
+DPI = 160  #: resolution of the parts that are kept as pixels
 THEME = {
     palette.BLACK: "currentColor",
     palette.GREY: "var(--muted)",

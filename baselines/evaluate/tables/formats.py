@@ -3,15 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-NOTHING = "–"
-"""Text of a cell that does not apply."""
+NOTHING = "–"  #: text of a cell that does not apply
 MINUS, HYPHEN = "−", "-"
-BOUNDS = ("low", "high")
-"""Keys of the interval of an estimate in a summary."""
-KEYS = ("value", *BOUNDS)
-"""Keys of an estimate in a summary."""
-SMALLEST_P = 0.001
-"""The p-value below which only this bound is given."""
+BOUNDS = ("low", "high")  #: keys of the interval of an estimate in a summary
+KEYS = ("value", *BOUNDS)  #: keys of an estimate in a summary
+SMALLEST_P = 0.001  #: the p-value below which only this bound is given
 DECIMALS = {"cm": 2, "s": 1, "rad": 3}
 """Number of decimals by unit; two where a unit is not listed."""
 
@@ -42,12 +38,10 @@ def points(estimate: Mapping[str, Any]) -> str:
 
 
 def quantity(value: float | None, unit: str, scale: float = 1.0) -> str:
-    """Returns a number with the decimals of its unit.
+    """Returns a number with the decimals of the unit in which it is written.
 
-    Args:
-        value: in the unit of its column; None where the column does not apply.
-        unit: in which it is written; it is not part of the text.
-        scale: factor from the column's unit to ``unit``.
+    The unit is no part of the text; ``scale`` is the factor from the unit of the column to it. The
+    value is None where the column does not apply.
     """
     return NOTHING if value is None else _number(scale * value, DECIMALS.get(unit, 2))
 

@@ -19,9 +19,9 @@ class Column:
     "shared", a name that all lines of a condition have in common.
     """
 
-    head: str  # its heading
-    cell: Callable[[Any], str]  # returns the text of its cell from the subject of a line
-    group: str = ""  # heading above those of adjacent columns that belong together, if any
+    head: str  #: its heading
+    cell: Callable[[Any], str]  #: returns the text of its cell from the subject of a line
+    group: str = ""  #: heading above those of adjacent columns that belong together, if any
     kind: Kind = "number"
 
 
