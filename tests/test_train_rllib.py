@@ -66,7 +66,15 @@ def checkpoint(folder):
     return int(last.read_text().partition("-")[0]) if last.exists() else None
 
 
+def parsed(*options):
+    from train.config import parse
+
+    return parse([*TINY, *map(str, options)])
+
+
 def test_a_run_that_is_killed_is_resumed(started, tmp_path):
+    from train.rllib.engine import train
+
     folder = tmp_path / "run"
     process = started("--out", str(folder))
     try:
@@ -94,19 +102,13 @@ def test_a_run_that_is_killed_is_resumed(started, tmp_path):
     assert not (tmp_path / ".ray").exists()  # the token
 
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
-    assert started("--out", str(folder)).wait() == 0
+    train(parsed("--task", "train_helpers:SHORT", "--out", folder))  # is over
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
 
     params = make_params("push")
     policy = policy_file.load(folder / "best.npz", params)
     (track,) = runner.run(lambda _: policy, params, [seeds.DEVELOPMENT.start], 1)
     assert track.episode.error is None
-
-
-def parsed(*options):
-    from train.config import parse
-
-    return parse([*TINY, *map(str, options)])
 
 
 def test_every_process_begins_with_the_weights_of_the_learner(temporary, tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import tyro
 from tyro.conf import OmitArgPrefixes
@@ -30,23 +30,21 @@ from train.sections import (
 )
 
 Engine = Literal["sb3", "rllib"]
-SEEDS_PER_RUN = 10**6
-"""Number of training seeds that each run has for itself."""
-NOT_LEARNED = ("out", "overwrite", "tracking", "compute")
-"""Options that do not bear on what is learned, but for rounding."""
+SEEDS_PER_RUN = 10**6  #: number of training seeds that each run has for itself
+NOT_LEARNED = ("out", "overwrite", "tracking", "compute")  #: they change rounding at most
 
 
 @dataclass(frozen=True)
 class Config:
     """Train a policy that all boats share; the same command resumes a run that was stopped."""
 
-    task: str = "push"  # name of the task, or "module:NAME"
-    engine: Engine = "sb3"  # library: stable-baselines3, or Ray RLlib, also on a cluster
-    seed: int = 0  # seed of the run, from 0; the seeds of its worlds follow from it
-    out: Path | None = None  # folder of the run; by default runs/train/TASK-ENGINE-SEED
-    overwrite: bool = False  # start again where the folder holds a run
-    init_from: Path | None = None  # policy file (.npz) with whose weights the actor begins
-    checkpoint_every: int = 1_000_000  # timesteps between checkpoints
+    task: str = "push"  #: name of the task, or "module:NAME"
+    engine: Engine = "sb3"  #: library: stable-baselines3, or Ray RLlib, also on a cluster
+    seed: int = 0  #: seed of the run, from 0; the seeds of its worlds follow from it
+    out: Path | None = None  #: folder of the run; by default runs/train/TASK-ENGINE-SEED
+    overwrite: bool = False  #: start again where the folder holds a run
+    init_from: Path | None = None  #: policy file (.npz) with whose weights the actor begins
+    checkpoint_every: int = 1_000_000  #: timesteps between checkpoints
 
     worlds: Annotated[WorldOptions, OmitArgPrefixes] = field(default_factory=WorldOptions)
     curriculum: CurriculumOptions = field(default_factory=CurriculumOptions)
@@ -112,7 +110,7 @@ class Config:
         """Names of the columns of what a boat observes."""
         return observation.column_names(observation.features(self.params()))
 
-    def changed(self, **options: Any) -> "Config":
+    def changed(self, **options: Any) -> Self:
         """Returns a copy with other options; a mapping changes these fields of a section."""
         values = {
             name: replace(getattr(self, name), **value) if isinstance(value, Mapping) else value
@@ -134,14 +132,14 @@ PRESETS = {
 """Default options of the built-in tasks."""
 
 
-def preset(task: str) -> "Config":
+def preset(task: str) -> Config:
     """Returns the default options of a task: those of the built-in task of its kind."""
     config = Config(task)
     kind = "push" if config.definition.starts_grasped else "transport"
     return PRESETS[kind if config.definition.has_goal else "approach"].changed(task=task)
 
 
-def parse(arguments: Sequence[str] | None = None) -> "Config":
+def parse(arguments: Sequence[str] | None = None) -> Config:
     """Returns the options of a command line; what is not given is the task's preset."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:

@@ -24,28 +24,21 @@ from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 
-MIRROR = np.array([1.0, -1.0, -1.0])
-"""Factors that mirror a pose about the x axis, along which the vessel lies at the origin."""
-MARGIN = 0.9
-"""Width of the margin around the hull in which boats begin close to it, vessel lengths."""
-TRIES = 200
-"""Random places that are tried for each boat there."""
-ROLLOUTS = 384
-"""Episodes of rollouts from which states are taken, distributed over the groups of worlds."""
-LEAST_ROLLOUTS = 24
-"""Least number of these episodes in a group."""
-MOST_STATES = 16384
-"""Number of states at which a rollout of the scripted policy ends."""
-KEEP_EVERY = 10
-"""Control ticks between two states that are kept."""
+MIRROR = np.array([1.0, -1.0, -1.0])  #: factors that mirror a pose about the vessel's axis
+MARGIN = 0.9  #: width of the strip around the hull where boats begin close to it, vessel lengths
+TRIES = 200  #: random places that are tried for each boat there
+ROLLOUTS = 384  #: episodes of rollouts from which states are taken, over all groups of worlds
+LEAST_ROLLOUTS = 24  #: least number of these episodes in a group
+MOST_STATES = 16384  #: number of states at which a rollout of the scripted policy ends
+KEEP_EVERY = 10  #: control ticks between two states that are kept
 
 
 @dataclass(frozen=True)
 class RolloutStates:
     """States of bodies and goals from rollouts of a policy."""
 
-    motion: Float  # (n, B, 6) of all bodies; see ``State``
-    goal: Float  # (n, 3) goal poses, m, m, rad
+    motion: Float  #: (n, B, 6) of all bodies; see ``State``
+    goal: Float  #: (n, 3) goal poses, m, m, rad
 
     def sample(self, start: InitialState, rng: np.random.Generator) -> InitialState:
         """Returns an initial state with bodies and goal of a random state of the rollouts."""
@@ -89,9 +82,9 @@ def adapter_options(
 class CurriculumStates:
     """The distribution of initial states of a training, for ``Simulation``'s ``initial_states``."""
 
-    config: Config  # of the run
-    states: RolloutStates | None = None  # of rollouts, in which episodes begin, if any shall
-    progress: float = 1.0  # of the curriculum, which scales the bearing and the turn of goals
+    config: Config  #: of the run
+    states: RolloutStates | None = None  #: of rollouts, in which episodes begin, if any shall
+    progress: float = 1.0  #: of the curriculum, which scales the bearing and the turn of goals
 
     def __call__(
         self, params: EnvParams, rng: np.random.Generator, goal: Float | None = None

@@ -33,10 +33,10 @@ PROGRAM = "python -m train.curves"
 class Curve:
     """Evaluations of several runs in one group of worlds."""
 
-    minutes: Float  # (n,) time of training, mean over the runs
-    success: Float  # (runs, n) fraction of successful episodes
-    time: Float  # (runs, n) median time of successful episodes, s
-    episodes: int  # number of episodes of an evaluation
+    minutes: Float  #: (n,) time of training, mean over the runs
+    success: Float  #: (runs, n) fraction of successful episodes
+    time: Float  #: (runs, n) median time of successful episodes, s
+    episodes: int  #: number of episodes of an evaluation
 
 
 def read(runs: Sequence[Path], num_boats: int, scenario: str) -> Curve:
@@ -68,11 +68,8 @@ def _rows(file: Path, num_boats: int, scenario: str) -> pd.DataFrame:
 
 def band(values: Float) -> tuple[Float, Float]:
     """Returns the 95 % interval (n,), (n,) of the mean of values (runs, n), over 2 runs or more."""
-    mean, half = (
-        values.mean(axis=0),
-        sem(values) * student.ppf(CONFIDENCE / 2 + 0.5, len(values) - 1),
-    )
-    return mean - half, mean + half
+    half = student.ppf((1 + CONFIDENCE) / 2, len(values) - 1) * sem(values)
+    return values.mean(axis=0) - half, values.mean(axis=0) + half
 
 
 def draw(curves: dict[str, Curve], title: str) -> Figure:

@@ -20,15 +20,15 @@ from train.config import Config
 class Score:
     """Score of a policy in one group of worlds; a row of ``curve.csv``."""
 
-    timesteps: int  # decisions of single boats for which the policy was trained
-    seconds: float  # time of the training until then, imitation and evaluations included, s
-    num_boats: int  # team size
-    scenario: str  # disturbances of the worlds
-    episodes: int  # number of episodes
-    success: float  # fraction of episodes that succeeded within the time limit
-    median_time: float  # median duration of the successful episodes, s
-    position_error: float  # median position error at the end of the successful episodes, m
-    heading_error: float  # median absolute heading error at the end of the successful episodes, rad
+    timesteps: int  #: decisions of single boats for which the policy was trained
+    seconds: float  #: time of the training until then, imitation and evaluations included, s
+    num_boats: int  #: team size
+    scenario: str  #: disturbances of the worlds
+    episodes: int  #: number of episodes
+    success: float  #: fraction of episodes that succeeded within the time limit
+    median_time: float  #: median duration of the successful episodes, s
+    position_error: float  #: median position error at the end of the successful episodes, m
+    heading_error: float  #: median absolute heading error at the end of these episodes, rad
     penalised_time: float
     """Mean duration of all episodes, s for a vessel of 0.40 m; a failure counts with twice the
     time limit."""

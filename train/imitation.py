@@ -25,20 +25,13 @@ from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 from train.curriculum import CurriculumStates, training_params
 
-EXPERT_FRACTION = 0.6
-"""Fraction of the worlds in which the expert acts, to the power of the round."""
-TURN = 5.0
-"""Time between two random choices of these worlds, s."""
-BATCH = 4096
-"""Decisions of a gradient step."""
-LEARNING_RATE = 1e-3
-"""Learning rate of the first three quarters of the rounds."""
-LAST_RATE = 3e-4
-"""Learning rate of the last quarter of the rounds."""
-TOLERANCE = 0.2
-"""Error of an action beyond which the loss grows linearly."""
-Pairs = tuple[Observation, Action]
-"""Observations (n, K) and the actions (n, 2) that were taken on them."""
+EXPERT_FRACTION = 0.6  #: fraction of the worlds in which the expert acts, to the power of the round
+TURN = 5.0  #: time between two random choices of these worlds, s
+BATCH = 4096  #: decisions of a gradient step
+LEARNING_RATE = 1e-3  #: learning rate of the first three quarters of the rounds
+LAST_RATE = 3e-4  #: learning rate of the last quarter of the rounds
+TOLERANCE = 0.2  #: error of an action beyond which the loss grows linearly
+Pairs = tuple[Observation, Action]  #: observations (n, K) and the actions (n, 2) taken on them
 
 
 def imitate(actor: nn.Module, config: Config) -> None:

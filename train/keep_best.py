@@ -22,20 +22,20 @@ PROGRESS_BAR = {"unit": " steps", "unit_scale": True, "desc": "PPO", "file": sys
 class Status:
     """How far a training has come, over all processes of its run."""
 
-    timesteps: int = 0  # decisions of single boats
-    seconds: float = 0.0  # time of training, s
-    best: float = float("inf")  # selection score of the best policy, s
+    timesteps: int = 0  #: decisions of single boats
+    seconds: float = 0.0  #: time of training, s
+    best: float = float("inf")  #: selection score of the best policy, s
 
 
 @dataclass
 class KeepBest:
     """Evaluates policies of a training, keeps the best and counts the time."""
 
-    run: Run  # with the folder
-    status: Status  # of the training, which is kept up to date
-    bar: tqdm  # of the timesteps
-    log: Callable[[str, float], object]  # writes a number by its name
-    since: float  # time on the monotonic clock from which on the training counts, s
+    run: Run  #: with the folder
+    status: Status  #: of the training, which is kept up to date
+    bar: tqdm  #: of the timesteps
+    log: Callable[[str, float], object]  #: writes a number by its name
+    since: float  #: time on the monotonic clock from which on the training counts, s
 
     def evaluate(self, layers: Layers, save_model: Callable[[], object] = lambda: None) -> None:
         """Scores a policy and writes its files; ``save_model`` is called for the best so far."""

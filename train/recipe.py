@@ -29,20 +29,17 @@ PROGRAM = "python -m train.recipe"
 class Training:
     """One training of the recipe."""
 
-    config: Config  # options of the run, but for its seed, its folder and its initial policy
-    after: str | None = None  # name of the training with whose best policy it begins
+    config: Config  #: options of the run, but for its seed, its folder and its initial policy
+    after: str | None = None  #: name of the training with whose best policy it begins
     approach: str | None = None
     """Name of a training of Approach: pushes then begin where its policy reaches closure."""
 
 
-APPROACH = "approach"
-"""Name of the training of ``approach.npz``, for all teams."""
-APPROACH_FOUR = "approach-four"
-"""Name of the training that approaches with four boats."""
+APPROACH = "approach"  #: name of the training of ``approach.npz``, for all teams
+APPROACH_FOUR = "approach-four"  #: name of the training that approaches with four boats
 PAIRS = ((APPROACH, "push-teams", None), (APPROACH_FOUR, "push-finely", 4))
 """Trainings of Approach and Push that make ``transport.npz``, and the only team size of each."""
-PATIENCE = 34.0
-"""Time after which a push is given up, s for a vessel of 0.40 m."""
+PATIENCE = 34.0  #: time after which a push is given up, s for a vessel of 0.40 m
 FIRST_PUSH = PRESETS["push"].changed(
     worlds={"mirror": True, "time_limit": 45.0, "num_envs": 64},
     curriculum={"near_goals": 0.15, "step": 0.03, "until_complete": True},

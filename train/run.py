@@ -16,7 +16,6 @@ import platform
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -36,31 +35,14 @@ OWN = (CONFIG, TENSORBOARD, BEST, LAST, "best.zip", "checkpoint.zip", "checkpoin
 """Files and folders that are deleted when a run starts again."""
 
 
-@dataclass(frozen=True)
 class Run:
-    """A run's folder."""
+    """The folder of the run with some options."""
 
-    config: Config  # options of the run
-
-    @property
-    def folder(self) -> Path:
-        """The folder itself."""
-        return self.config.folder
-
-    @property
-    def checkpoint(self) -> Path:
-        """File from which stable-baselines3 resumes."""
-        return self.folder / "checkpoint.zip"
-
-    @property
-    def checkpoints(self) -> Path:
-        """Folder from which RLlib resumes."""
-        return self.folder / "checkpoint"
-
-    @property
-    def curve(self) -> Path:
-        """File of the learning curve."""
-        return self.folder / "curve.csv"
+    def __init__(self, config: Config) -> None:
+        self.config, self.folder = config, config.folder
+        self.curve = self.folder / "curve.csv"
+        self.checkpoint = self.folder / "checkpoint.zip"  #: from which stable-baselines3 resumes
+        self.checkpoints = self.folder / "checkpoint"  #: folder from which RLlib resumes
 
     def open(self, began_with: dict[str, Any] | None = None) -> None:
         """Creates the folder, or accepts that of the same run; without a checkpoint, starts again.

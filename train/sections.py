@@ -14,23 +14,21 @@ from baselines.rollout import seeds
 
 Activation = Literal["relu", "tanh"]
 Critic = Literal["own", "central"]
-CONTROL_RATE = ClockParams().control
-"""Rate at which the scripted policy decides, Hz."""
-LEAST_RATE = 0.1
-"""Fraction of the learning rates that is left at the end where they are annealed."""
+CONTROL_RATE = ClockParams().control  #: rate at which the scripted policy decides, Hz
+LEAST_RATE = 0.1  #: fraction of the learning rates that is left at the end where they are annealed
 
 
 @dataclass(frozen=True)
 class WorldOptions:
     """Worlds in which the policy learns."""
 
-    num_envs: int = 192  # number of worlds, distributed over team sizes and scenarios
-    teams: tuple[int, ...] = (4,)  # team sizes; one that is named twice gets twice the worlds
-    scenarios: tuple[str, ...] = ("noisy", "nominal")  # disturbances: names, or "module:NAME"
-    observation: tuple[str, ...] = ()  # features that boats observe, or "module:NAME"; default: all
-    decision_rate: int = 5  # rate of the policy, Hz
-    time_limit: float | None = None  # of an episode, s for a vessel of 0.40 m; default: the task's
-    mirror: bool = False  # train with goals ahead of the team only, mirroring the world for others
+    num_envs: int = 192  #: number of worlds, distributed over team sizes and scenarios
+    teams: tuple[int, ...] = (4,)  #: team sizes; one that is named twice gets twice the worlds
+    scenarios: tuple[str, ...] = ("noisy", "nominal")  #: disturbances: names, or "module:NAME"
+    observation: tuple[str, ...] = ()  #: features of an observation, or "module:NAME"; default: all
+    decision_rate: int = 5  #: rate of the policy, Hz
+    time_limit: float | None = None  #: of an episode, s for a vessel of 0.40 m; default: the task's
+    mirror: bool = False  #: train with goals ahead of the team only, mirroring the world for others
 
     def __post_init__(self) -> None:
         for scenario in self.scenarios:
@@ -68,12 +66,12 @@ class CurriculumOptions:
     start: float = 0.2
     """Initial progress of the curriculum, 0 to 1: the bearing and the turn of goals, noise and
     variation are scaled by the progress."""
-    step: float = 0.0  # progress added where most episodes succeed; 0: the full task at once
-    until_complete: bool = False  # end at progress 1, at total_timesteps at the latest
-    near_goals: float = 0.0  # fraction of episodes with a goal at a random part of its distance
-    near_starts: float = 0.0  # fraction of episodes in which the boats begin close to the hull
-    slot_starts: float = 0.0  # fraction of episodes in which the boats begin in their slots
-    rollout_starts: float = 0.0  # fraction of episodes that begin in a state of a rollout
+    step: float = 0.0  #: progress added where most episodes succeed; 0: the full task at once
+    until_complete: bool = False  #: end at progress 1, at total_timesteps at the latest
+    near_goals: float = 0.0  #: fraction of episodes with a goal at a random part of its distance
+    near_starts: float = 0.0  #: fraction of episodes in which the boats begin close to the hull
+    slot_starts: float = 0.0  #: fraction of episodes in which the boats begin in their slots
+    rollout_starts: float = 0.0  #: fraction of episodes that begin in a state of a rollout
     rollout_policy: Path | None = None
     """Policy file with several phases, to roll out in place of the scripted policy; episodes then
     begin in the states where it has brought the vessel into closure and begins to push."""
@@ -101,11 +99,11 @@ class CurriculumOptions:
 class ImitationOptions:
     """Imitation of the scripted policy before PPO, by DAgger."""
 
-    rounds: int = 8  # number of rounds; 0 learns from scratch
-    worlds: int = 128  # number of worlds in a round
-    time: float = 60.0  # simulated time of a round in every world, s
-    steps: int = 2000  # gradient steps in a round
-    demonstrations: Path | None = None  # folder of recorded episodes that are imitated too
+    rounds: int = 8  #: number of rounds; 0 learns from scratch
+    worlds: int = 128  #: number of worlds in a round
+    time: float = 60.0  #: simulated time of a round in every world, s
+    steps: int = 2000  #: gradient steps in a round
+    demonstrations: Path | None = None  #: folder of recorded episodes that are imitated too
 
     def __post_init__(self) -> None:
         check_whole(self, "rounds", 0)
@@ -117,24 +115,24 @@ class ImitationOptions:
 class PPOOptions:
     """Proximal policy optimisation."""
 
-    total_timesteps: int = 20_000_000  # number of decisions of single boats
-    learning_rate: float = 5e-4  # initial learning rate of the critic
-    actor_learning_rate: float = 3e-5  # initial learning rate of the actor
-    adapt_kl: float | None = 0.012  # KL divergence to which the actor's learning rate is adapted
+    total_timesteps: int = 20_000_000  #: number of decisions of single boats
+    learning_rate: float = 5e-4  #: initial learning rate of the critic
+    actor_learning_rate: float = 3e-5  #: initial learning rate of the actor
+    adapt_kl: float | None = 0.012  #: KL divergence to which the actor's learning rate is adapted
     anneal_lr: bool = True
     """Decrease both learning rates linearly to a tenth; with adapt_kl the divergence in place of
     the actor's rate."""
-    num_steps: int = 64  # decisions in each world between two updates
-    num_minibatches: int = 8  # minibatches of an epoch
-    update_epochs: int = 4  # epochs of an update
-    gamma: float = 0.996  # discount factor of a decision
-    gae_lambda: float = 0.95  # parameter lambda of generalised advantage estimation
-    clip_coef: float = 0.2  # clipping range of the probability ratio
-    ent_coef: float = 0.0  # weight of the entropy
-    vf_coef: float = 0.5  # weight of the value loss
-    max_grad_norm: float = 0.5  # norm to which gradients are clipped
-    target_kl: float | None = None  # KL divergence at which an update stops early
-    critic_updates: int = 20  # number of first updates in which only the critic learns
+    num_steps: int = 64  #: decisions in each world between two updates
+    num_minibatches: int = 8  #: minibatches of an epoch
+    update_epochs: int = 4  #: epochs of an update
+    gamma: float = 0.996  #: discount factor of a decision
+    gae_lambda: float = 0.95  #: parameter lambda of generalised advantage estimation
+    clip_coef: float = 0.2  #: clipping range of the probability ratio
+    ent_coef: float = 0.0  #: weight of the entropy
+    vf_coef: float = 0.5  #: weight of the value loss
+    max_grad_norm: float = 0.5  #: norm to which gradients are clipped
+    target_kl: float | None = None  #: KL divergence at which an update stops early
+    critic_updates: int = 20  #: number of first updates in which only the critic learns
 
     def __post_init__(self) -> None:
         check_whole(self, "total_timesteps num_steps num_minibatches update_epochs", 1)
@@ -152,12 +150,12 @@ class PPOOptions:
 class NetworkOptions:
     """Actor and critic."""
 
-    hidden: tuple[int, ...] = (128, 128)  # sizes of the hidden layers of actor and critic
-    activation: Activation = "relu"  # activation after each hidden layer
-    log_std_init: float = -3.0  # logarithm of the actions' standard deviation when PPO begins
-    log_std_min: float = -10.0  # smallest logarithm of the actions' standard deviation during PPO
-    residual: float = 0.0  # part of a full action by which the actor corrects the scripted policy
-    critic: Critic = "own"  # what it sees: as its boat (own), the world's state too (central)
+    hidden: tuple[int, ...] = (128, 128)  #: sizes of the hidden layers of actor and critic
+    activation: Activation = "relu"  #: activation after each hidden layer
+    log_std_init: float = -3.0  #: logarithm of the actions' standard deviation when PPO begins
+    log_std_min: float = -10.0  #: smallest logarithm of the actions' standard deviation during PPO
+    residual: float = 0.0  #: part of a full action by which the actor corrects the scripted policy
+    critic: Critic = "own"  #: what it sees: as its boat (own), the world's state too (central)
 
     def __post_init__(self) -> None:
         if not self.hidden or min(self.hidden) < 1:
@@ -170,9 +168,9 @@ class NetworkOptions:
 class EvaluationOptions:
     """Evaluation on development seeds during a training."""
 
-    every: int = 4_000_000  # timesteps between evaluations
-    episodes: int = 100  # episodes of each team size and scenario
-    seed: int = seeds.DEVELOPMENT.start  # seed of the first episode, a development seed
+    every: int = 4_000_000  #: timesteps between evaluations
+    episodes: int = 100  #: episodes of each team size and scenario
+    seed: int = seeds.DEVELOPMENT.start  #: seed of the first episode, a development seed
 
     def __post_init__(self) -> None:
         check_whole(self, "every episodes", 1)
@@ -188,18 +186,18 @@ class EvaluationOptions:
 class TrackingOptions:
     """Weights & Biases."""
 
-    track: bool = False  # report to Weights & Biases too
-    wandb_project_name: str = "asv-env"  # project at Weights & Biases
-    wandb_entity: str | None = None  # owner of the project at Weights & Biases
+    track: bool = False  #: report to Weights & Biases too
+    wandb_project_name: str = "asv-env"  #: project at Weights & Biases
+    wandb_entity: str | None = None  #: owner of the project at Weights & Biases
 
 
 @dataclass(frozen=True)
 class ComputeOptions:
     """Threads, processes and machines; they change what is learned by rounding alone."""
 
-    torch_threads: int = 2  # threads of the learner
-    num_env_runners: int = 2  # processes in which rllib samples; 0: that of the learner
-    ray_address: str | None = None  # of a Ray cluster for rllib; default: this machine alone
+    torch_threads: int = 2  #: threads of the learner
+    num_env_runners: int = 2  #: processes in which rllib samples; 0: that of the learner
+    ray_address: str | None = None  #: of a Ray cluster for rllib; default: this machine alone
 
     def __post_init__(self) -> None:
         check_whole(self, "torch_threads", 1)

@@ -20,14 +20,10 @@ from train.keep_best import Status
 from train.rllib.settings import BOAT
 from train.run import Run
 
-STATUS = "status.json"
-"""File in a checkpoint that says how far the training has come."""
-LAST = "last"
-"""File that names the last checkpoint; it names one that is whole whenever a run is killed."""
-TOLERANCE = 1e-5
-"""Largest difference between the actions of a policy file and those of the network."""
-COMPARED = 256
-"""Number of observations on which they are compared."""
+STATUS = "status.json"  #: file in a checkpoint that says how far the training has come
+LAST = "last"  #: file that names the last checkpoint, always one that is whole
+TOLERANCE = 1e-5  #: largest difference between the actions of policy file and network
+COMPARED = 256  #: number of observations on which they are compared
 
 
 def last_checkpoint(folder: Path) -> tuple[Path | None, Status]:

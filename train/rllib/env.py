@@ -9,8 +9,7 @@ from asv_env.envs.parallel import AsvParallelEnv
 from train.config import Config
 from train.curriculum import adapter_options
 
-SEED_LIMIT = 2**31
-"""RLlib takes seeds below this number."""
+SEED_LIMIT = 2**31  #: RLlib takes seeds below this number
 
 
 def num_processes(config: Config) -> int:

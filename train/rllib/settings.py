@@ -17,15 +17,13 @@ from train.config import SEEDS_PER_RUN, Config
 from train.rllib.env import SEED_LIMIT, Boats, num_processes, num_worlds, worlds_per_process
 from train.sections import LEAST_RATE
 
-BOAT = "boat"
-"""Name of the policy that all boats share."""
+BOAT = "boat"  #: name of the policy that all boats share
 ONLY_SB3 = (
     *("network.critic", "network.residual", "network.log_std_min"),
     *("curriculum.step", "curriculum.rollout_starts"),
 )
 """Options that only the engine sb3 has."""
-LONGEST_PATH = 36
-"""Number of letters in the name of a temporary folder that leaves Ray's sockets room."""
+LONGEST_PATH = 36  #: letters in the name of a temporary folder that leave Ray's sockets room
 
 
 class Learner(PPOTorchLearner):

@@ -26,12 +26,9 @@ from train.run import BEST
 from train.sb3.policies import actor
 from train.sb3.ppo import Learner
 
-TOLERANCE = 1e-5
-"""Largest difference between the actions of a policy file and those of the network."""
-WORLDS = 16
-"""Number of worlds in which they are compared."""
-SECONDS = 20.0
-"""Simulated time for which they are compared, s."""
+TOLERANCE = 1e-5  #: largest difference between the actions of policy file and network
+WORLDS = 16  #: number of worlds in which they are compared
+SECONDS = 20.0  #: simulated time for which they are compared, s
 
 
 def check(run: Path) -> float:

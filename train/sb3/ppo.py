@@ -16,14 +16,10 @@ from train.sb3.buffer import TorchRolloutBuffer
 from train.sb3.policies import policy_class
 from train.sections import LEAST_RATE
 
-RATE_FACTOR = 1.3
-"""Factor by which the actor's learning rate is adapted."""
-TOLERANCE = 1.5
-"""Factor by which the divergence of an update may miss its target."""
-RATES = (1e-6, 1e-3)
-"""Smallest and largest learning rate of the actor."""
-STATS_WINDOW = 2048
-"""Ends of boats' episodes over which returns and success are averaged."""
+RATE_FACTOR = 1.3  #: factor by which the actor's learning rate is adapted
+TOLERANCE = 1.5  #: factor by which the divergence of an update may miss its target
+RATES = (1e-6, 1e-3)  #: smallest and largest learning rate of the actor
+STATS_WINDOW = 2048  #: ends of boats' episodes over which returns and success are averaged
 SAME_NAMES = "learning_rate gamma gae_lambda ent_coef vf_coef max_grad_norm target_kl"
 """Options that stable-baselines3 calls as CleanRL does."""
 
@@ -37,11 +33,11 @@ class Learner(PPO):
     actor that there is before the actor follows it.
     """
 
-    config: Config  # of the run
-    status: Status  # timesteps, seconds and best score of the training
-    actor_rate: float  # learning rate of the actor
-    progress: float  # of the curriculum, 0 to 1
-    random_state: Any = None  # states of the random generators at the checkpoint
+    config: Config  #: of the run
+    status: Status  #: timesteps, seconds and best score of the training
+    actor_rate: float  #: learning rate of the actor
+    progress: float  #: of the curriculum, 0 to 1
+    random_state: Any = None  #: states of the random generators at the checkpoint
 
     @classmethod
     def create(cls, config: Config, worlds: VecEnv) -> Self:

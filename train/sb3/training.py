@@ -26,8 +26,7 @@ from train.sb3.policies import actor
 from train.sb3.ppo import Learner
 from train.sb3.vec_env import TrainingVecEnv
 
-ADVANCES = 0.7
-"""Fraction of episodes that must succeed for the curriculum to advance."""
+ADVANCES = 0.7  #: fraction of episodes that must succeed for the curriculum to advance
 
 
 class Callback(BaseCallback):
