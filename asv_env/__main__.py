@@ -31,20 +31,13 @@ A picture                 python -m asv_env --picture start.png"""
 class Options:
     """Prints installed versions, environments and names, or draws an initial state."""
 
-    picture: Path | None = None
-    """File (.png) to write a picture to, instead of printing."""
-    overwrite: bool = False
-    """Whether to replace the picture if it exists."""
-    task: str = "transport"
-    """Task of the picture."""
-    num_boats: int | None = None
-    """Number of boats, 2 to 100; by default the preset's."""
-    scenario: str = "nominal"
-    """Disturbances."""
-    preset: str = "nominal"
-    """World."""
-    seed: int = 0
-    """Seed of the initial state."""
+    picture: Path | None = None  #: file (.png) to write a picture to, instead of printing
+    overwrite: bool = False  #: whether to replace the picture if it exists
+    task: str = "transport"  #: task of the picture
+    num_boats: int | None = None  #: number of boats, 2 to 100; by default the preset's
+    scenario: str = "nominal"  #: disturbances
+    preset: str = "nominal"  #: world
+    seed: int = 0  #: seed of the initial state
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

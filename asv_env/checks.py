@@ -6,8 +6,7 @@ from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
 from typing import Any
 
-TINY = 1e-9
-"""Smallest value of a parameter that must be positive."""
+TINY = 1e-9  #: smallest value of a parameter that must be positive
 
 
 def choice(kind: str, value: object, known: Iterable[str]) -> str:

@@ -26,8 +26,7 @@ from asv_env.registry import Registry
 from asv_env.sensing import observation as observing
 from asv_env.tasks import TASKS, Task
 
-Overrides = Mapping[str, Mapping[str, Any]]
-"""Fields that differ, by section."""
+Overrides = Mapping[str, Mapping[str, Any]]  #: fields that differ, by section
 
 NOISE = {"position_noise": 0.01, "heading_noise": 0.05, "speed_noise": 0.01, "yaw_rate_noise": 0.1}
 GYRE = {"current": "double_gyre", "current_speed": 0.02}

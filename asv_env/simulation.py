@@ -101,10 +101,7 @@ class Simulation:
         self._tally = metrics.fresh(self.relations, self.state)
 
     def reset(
-        self,
-        mask: Bool | None = None,
-        seeds: Sequence[int | None] | None = None,
-        goal: Any = None,
+        self, mask: Bool | None = None, seeds: Sequence[int | None] | None = None, goal: Any = None
     ) -> Observation:
         """Begins new episodes.
 

@@ -16,8 +16,7 @@ Int = NDArray[np.int64]
 Bool = NDArray[np.bool_]
 Action = NDArray[np.float32]
 Observation = NDArray[np.float32]
-Frame = NDArray[np.uint8]
-"""A picture (height, width, 3), red, green and blue."""
+Frame = NDArray[np.uint8]  #: a picture (height, width, 3), red, green and blue
 
 Record = TypeVar("Record")
 

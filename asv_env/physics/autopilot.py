@@ -13,10 +13,8 @@ import numpy as np
 from asv_env.params import BoatParams
 from asv_env.types import Float
 
-FULL_SPEED = 0.2
-"""Forward speed of a full tracking action, m/s."""
-FULL_YAW_RATE = 1.2
-"""Yaw rate of a full tracking action, rad/s."""
+FULL_SPEED = 0.2  #: forward speed of a full tracking action, m/s
+FULL_YAW_RATE = 1.2  #: yaw rate of a full tracking action, rad/s
 SCALE = np.array([FULL_SPEED, FULL_YAW_RATE])
 """Forward speed, m/s, and yaw rate, rad/s, of a full tracking action."""
 

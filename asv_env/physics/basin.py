@@ -20,8 +20,7 @@ MOTION = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFiel
 WRENCH = BodyFields.FORCE | BodyFields.TORQUE
 CONTACT = ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.CONTACT_COUNT
 READER, WRITER = "pmSpaceBodyGetIteratorFuncBatched", "pmSpaceBodySetIteratorFuncBatched"
-WALL_THICKNESS = 0.5
-"""Thickness of a wall, m."""
+WALL_THICKNESS = 0.5  #: thickness of a wall, m
 CELLS_PER_BODY = 200
 """Size of the spatial hash table over the bodies of one world; enough for some hundred worlds."""
 

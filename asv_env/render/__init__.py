@@ -1,4 +1,3 @@
 """Pictures and films of the worlds."""
 
-MODES = ("human", "rgb_array")
-"""Render modes of the viewer and of all adapters."""
+MODES = ("human", "rgb_array")  #: render modes of the viewer and of all adapters

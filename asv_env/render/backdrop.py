@@ -12,10 +12,8 @@ from asv_env.render.colours import FLOW, GRID, LAND, QUAY, WATER, mix
 from asv_env.render.layout import Layout
 from asv_env.types import Complex, Float
 
-FLOW_SPACING = 56.0
-"""Distance between neighbouring streamlines, px."""
-FLOW_LENGTH = 44.0
-"""Length of a streamline where the water is fastest, px."""
+FLOW_SPACING = 56.0  #: distance between neighbouring streamlines, px
+FLOW_LENGTH = 44.0  #: length of a streamline where the water is fastest, px
 
 
 def paint_backdrop(canvas: Canvas, layout: Layout) -> None:

@@ -13,12 +13,9 @@ from asv_env.render.colours import WATER, WHITE, Colour, boat_colour, mix
 from asv_env.render.layout import Layout, bow, inset
 from asv_env.types import Float, State
 
-TRAIL_BANDS = 14
-"""Steps in which trails fade."""
-FADING = 0.35
-"""Time in which a trail fades, time limits of an episode."""
-FAINTEST = 0.35
-"""Share of its colour that the oldest part of a trail keeps."""
+TRAIL_BANDS = 14  #: steps in which trails fade
+FADING = 0.35  #: time in which a trail fades, time limits of an episode
+FAINTEST = 0.35  #: share of its colour that the oldest part of a trail keeps
 
 
 def paint_vessel(canvas: Canvas, layout: Layout, pose: Float) -> None:

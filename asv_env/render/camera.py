@@ -13,17 +13,12 @@ from asv_env.geometry import xy
 from asv_env.params import EnvParams
 from asv_env.types import Complex, Float
 
-Box = tuple[complex, complex]
-"""Lower left and upper right corner, m."""
+Box = tuple[complex, complex]  #: lower left and upper right corner, m
 
-ROOM = 0.4
-"""Clearance round the bodies when an episode begins, vessel lengths."""
-MARGIN = 0.15
-"""Clearance round bodies that leave the view, vessel lengths."""
-NARROWEST = 2.0
-"""Half the width of the closest view, vessel lengths."""
-WIDEST_WALLS = 5.0
-"""Walls within this half-width are always in view, vessel lengths."""
+ROOM = 0.4  #: clearance round the bodies when an episode begins, vessel lengths
+MARGIN = 0.15  #: clearance round bodies that leave the view, vessel lengths
+NARROWEST = 2.0  #: half the width of the closest view, vessel lengths
+WIDEST_WALLS = 5.0  #: walls within this half-width are always in view, vessel lengths
 
 
 @dataclass(frozen=True)

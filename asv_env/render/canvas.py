@@ -13,8 +13,7 @@ try:
 except ImportError as error:
     raise ImportError('rendering needs pygame-ce: pip install "asv-env[eval]"') from error
 
-FINE = 2
-"""Pixels of a canvas per pixel of the frame: scaling it down smooths every edge."""
+FINE = 2  #: pixels of a canvas per pixel of the frame: scaling it down smooths every edge
 
 
 class Canvas:

@@ -10,8 +10,7 @@ from asv_env.render.colours import DIM, GOOD, HEADER, INK
 from asv_env.render.layout import Layout, placed, round_number
 from asv_env.types import State
 
-ROOMY = 440
-"""Width from which on all captions have room, px."""
+ROOMY = 440  #: width from which on all captions have room, px
 
 
 def paint_legend(canvas: Canvas, layout: Layout) -> None:

@@ -10,10 +10,8 @@ from asv_env.params import EnvParams, HullParams
 from asv_env.render.camera import Camera
 from asv_env.types import Complex, Float
 
-DESIGN = 800.0
-"""Side of the frame for which widths of lines and sizes of text are given, px."""
-SMALLEST_BOAT = 9.0
-"""Length below which boats are drawn enlarged, px."""
+DESIGN = 800.0  #: side of the frame for which widths of lines and sizes of text are given, px
+SMALLEST_BOAT = 9.0  #: length below which boats are drawn enlarged, px
 
 
 class Layout:

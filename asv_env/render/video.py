@@ -11,16 +11,12 @@ import numpy as np
 from asv_env.types import Frame
 
 SUFFIXES = (".gif", ".mp4")
-FASTEST_GIF = 50
-"""Most frames per second that viewers play of a GIF."""
-SAMPLES = 12
-"""Number of frames from which the palette of a GIF is made."""
+FASTEST_GIF = 50  #: most frames per second that viewers play of a GIF
+SAMPLES = 12  #: number of frames from which the palette of a GIF is made
 RARITY = 0.5
 """Power of a colour's number of pixels that is its weight: with 1 the palette were mostly water."""
-COLOURS = 255
-"""Number of colours in the palette; one more stands for pixels that do not change."""
-QUALITY = 20
-"""Constant rate factor of H.264: 18 looks like the original, 28 is coarse."""
+COLOURS = 255  #: number of colours in the palette; one more stands for pixels that do not change
+QUALITY = 20  #: constant rate factor of H.264: 18 looks like the original, 28 is coarse
 
 
 def save(

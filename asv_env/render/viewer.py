@@ -19,10 +19,8 @@ from asv_env.render.colours import WATER_BOTTOM, WATER_TOP
 from asv_env.render.layout import DESIGN, Layout
 from asv_env.types import Float, Frame, State, rows
 
-SMALLEST = 240
-"""Smallest side of a frame, px."""
-TRAIL_POINTS = 8000
-"""Points of all trails together."""
+SMALLEST = 240  #: smallest side of a frame, px
+TRAIL_POINTS = 8000  #: points of all trails together
 
 
 class Viewer:
