@@ -32,10 +32,11 @@ HEADS = ("condition", "what it is", "policy", "success", "difference", "distance
 INTRODUCTION = f"""\
 # Results on the suites
 
-Written by `{PROGRAM}` from the `episodes.csv` of each suite. Success
-with its 95 % interval; the smallest distance to the goal and the time to it are medians, the time
-of the episodes that were delivered. *Difference*: of success from that of the first policy on the
-same episodes. Each folder also holds the report of its run (`report.md`).
+Written by `{PROGRAM}` from the `episodes.csv` of each suite. *Success* is
+the success rate with its 95 % interval, in per cent. *Difference* is the success rate minus that of
+the first policy on the same episodes, in percentage points. *Distance* is the median of the smallest
+distance to the goal; *time* is the median time of the successful episodes. The folder of each suite
+also holds the report of its run (`report.md`).
 """
 START = f"<!-- results: what follows is written by {PROGRAM} -->"
 END = "<!-- results: up to here -->"
