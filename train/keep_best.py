@@ -54,7 +54,7 @@ class KeepBest:
         self._show(scores)
 
     def _show(self, scores: Sequence[Score]) -> None:
-        """Logs scores, and writes success and time beside the progress bar."""
+        """Logs scores, and writes success and time next to the progress bar."""
         for score in scores:
             group = f"evaluation/{score.num_boats}_{score.scenario}"
             self.log(f"{group}_success", score.success)
@@ -90,5 +90,5 @@ def keep(run: Run, layers: Layers, scores: Sequence[Score], best: bool) -> None:
 
 
 def passed(timesteps: int, rollout: int, every: int) -> bool:
-    """Returns whether the last ``rollout`` timesteps, or none so far, reached one of ``every``."""
+    """Returns whether the last ``rollout`` timesteps (or none) reached a multiple of ``every``."""
     return timesteps // every > (timesteps - rollout) // every

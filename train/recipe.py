@@ -98,7 +98,10 @@ TO_SLOTS_TEAMS = TO_SLOTS.changed(
 
 
 def _push(after: str, timesteps: int, log_std: Sequence[float], config: Config) -> Training:
-    """Returns a push after another one, of so many timesteps and so much noise: initial, least."""
+    """Returns a push after another one; ``log_std`` are the initial and the least.
+
+    Pushes of mixed teams begin where the approach for all teams has reached closure.
+    """
     noise = dict(zip(("log_std_init", "log_std_min"), log_std, strict=True))
     config = config.changed(ppo={"total_timesteps": timesteps}, network=noise)
     return Training(config, after, APPROACH if len(config.worlds.teams) > 1 else APPROACH_FOUR)

@@ -63,9 +63,9 @@ class TrainingVecEnv(VecEnv):
     def step_wait(self) -> Any:
         """See ``BoatVecEnv.step_wait``."""
         steps = zip(*(part.step_wait() for part in self._parts), strict=True)
-        observations, rewards, dones, infos = steps
-        ended = np.concatenate(dones), list(chain.from_iterable(infos))
-        return _joined(observations), np.concatenate(rewards), *ended
+        observations, *numbers, infos = steps
+        rewards, dones = map(np.concatenate, numbers)
+        return _joined(observations), rewards, dones, list(chain.from_iterable(infos))
 
     def close(self) -> None:
         """Closes all worlds."""
