@@ -20,24 +20,10 @@ from asv_env.tasks import TASKS, Task
 from asv_env.types import Sensed, State, TimeStep
 
 __all__ = [
-    "FEATURES",
-    "HULLS",
-    "PRESETS",
-    "SCENARIOS",
-    "TASKS",
-    "AsvParallelEnv",
-    "AsvVectorEnv",
-    "EnvParams",
-    "JointEnv",
-    "Sensed",
-    "Simulation",
-    "State",
-    "Task",
-    "TimeStep",
-    "__version__",
-    "make_params",
-    "parallel_env",
-]
+    "FEATURES", "HULLS", "PRESETS", "SCENARIOS", "TASKS", "AsvParallelEnv", "AsvVectorEnv",
+    "EnvParams", "JointEnv", "Sensed", "Simulation", "State", "Task", "TimeStep", "__version__",
+    "make_params", "parallel_env",
+]  # fmt: skip
 
 try:
     __version__ = _metadata.version("asv-env")

@@ -4,12 +4,14 @@ The adapters in ``envs`` only translate.
 """
 
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from asv_env.geometry import plane, wrap, xy
 from asv_env.params import EnvParams
+from asv_env.physics import water
 from asv_env.physics.dynamics import Dynamics
 from asv_env.sensing import observation
 from asv_env.sensing.sensors import Sensors
@@ -23,6 +25,7 @@ from asv_env.types import (
     Float,
     Observation,
     Sensed,
+    Situation,
     State,
     TimeStep,
     copied,
@@ -31,6 +34,7 @@ from asv_env.types import (
 )
 
 WORLDS_PER_SPACE = 128  #: number of worlds that share a Pymunk Space by default
+SITUATION = tuple(f.name for f in fields(Situation))  #: names of what boats know exactly
 
 
 class Simulation:
@@ -47,12 +51,11 @@ class Simulation:
             world computes at the origin and its results do not depend on the batch.
         initial_states: Distribution of initial states that replaces the task's, such as a
             curriculum.
-
-    Attributes:
-        state: True state; not to be written to.
-        relations: Relations of the true motion.
-        ending: How the worlds stood after the last step.
     """
+
+    state: State  #: true state; not to be written to
+    relations: Relations  #: relations of the true motion
+    ending: Ending  #: how the worlds stood after the last step
 
     def __init__(
         self,
@@ -196,8 +199,8 @@ class Simulation:
         state.tick = state.tick + 1
         self.relations = _relations(state)
         self._judge_closure()
-        water = self._dynamics.current(self.relations.position[:, 0])
-        self.ending = termination.ending(self.relations, state, water, self.params)
+        flow = water.current(self.params.water, self.relations.position[:, 0])
+        self.ending = termination.ending(self.relations, state, flow, self.params)
         self._steps_over += self.ending.terminated | self.ending.truncated | (self._steps_over > 0)
 
         after = self._potentials_of(self.relations, state)
@@ -244,7 +247,7 @@ class Simulation:
             self._sensors.sense(motion)
         state.motion = motion
         state.thrust = self._dynamics.motors.thrust.copy()
-        state.touching = self._dynamics.touching()
+        state.touching = self._dynamics.basin.touching()
 
     def _judge_closure(self) -> None:
         """Updates which boats occupy their slots, ``closed`` and ``occupied_ticks``."""
@@ -293,19 +296,8 @@ class Simulation:
     @property
     def sensed(self) -> Sensed:
         """What the boats know now: the input of every policy."""
-        state = self.state
-        return Sensed(
-            measured=self._sensors.measured,
-            estimate=self._sensors.estimate,
-            goal=state.goal,
-            tick=state.tick,
-            working=state.working,
-            slot=state.slot,
-            side=state.side,
-            touching=state.touching,
-            closed=state.closed,
-            anchored=state.anchored,
-        )
+        known = {name: getattr(self.state, name) for name in SITUATION}
+        return Sensed(measured=self._sensors.measured, estimate=self._sensors.estimate, **known)
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
         sensed, relations, occupied = self.sensed, self.relations, self._occupied
@@ -323,8 +315,8 @@ class Simulation:
 
     def current(self, position: Float) -> Float:
         """Returns the velocity (..., 2) of the water at positions (..., 2) of a world, m/s."""
-        flow = self._dynamics.current(plane(np.ascontiguousarray(position, dtype=np.float64)))
-        return xy(flow)
+        points = plane(np.ascontiguousarray(position, dtype=np.float64))
+        return xy(water.current(self.params.water, points))
 
 
 def _relations(state: State) -> Relations:

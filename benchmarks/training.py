@@ -18,6 +18,7 @@ from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stopwatch import Stopwatch
 
+from asv_env.physics.basin import Basin
 from asv_env.physics.dynamics import Dynamics
 from train.config import Config
 from train.sb3.buffer import TorchRolloutBuffer
@@ -27,7 +28,7 @@ from train.sections import WorldOptions
 
 PARTS = (
     (Dynamics, "advance", "physics"),
-    (Dynamics, "touching", "physics"),
+    (Basin, "touching", "physics"),
     (ActorCriticPolicy, "forward", "torch"),
     (ActorCriticPolicy, "predict_values", "torch"),
     (Learner, "train", "torch"),

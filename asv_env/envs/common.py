@@ -35,14 +35,11 @@ class Stage(Enum):
 
 
 class Adapter:
-    """A simulation behind an environment API.
+    """A simulation behind an environment API."""
 
-    Attributes:
-        params: all parameters of the environment.
-        simulation: the environment itself; scripted policies read its ``sensed``.
-        render_mode: "human", "rgb_array" or None.
-    """
-
+    params: EnvParams  #: all parameters of the environment
+    simulation: Simulation  #: the environment itself; scripted policies read its ``sensed``
+    render_mode: str | None  #: "human", "rgb_array" or None
     metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}
     _viewer: Any = None
 
@@ -51,7 +48,7 @@ class Adapter:
         if render_mode is not None:
             choice("render_mode", render_mode, MODES)
         self.simulation, self.render_mode = simulation, render_mode
-        self.params: EnvParams = simulation.params
+        self.params = simulation.params
         self.metadata = {**self.metadata, "render_fps": self.params.clock.control, **metadata}
         self._stage = Stage.NEW
 

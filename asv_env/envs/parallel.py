@@ -31,11 +31,6 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         task, num_boats, render_mode, scenario: as of ``JointEnv``.
         initial_states: distribution of the initial states, see ``Simulation``.
         **options: see ``presets.make_params``.
-
-    Attributes:
-        possible_agents: all agents.
-        agents: the agents of the running episode.
-        state_space: space of ``state()``, (S,) float32.
     """
 
     metadata = {**Adapter.metadata, "name": "asv_env/transport-v0", "is_parallelizable": True}
@@ -54,13 +49,13 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         simulation = Simulation(params, initial_states=initial_states)
         self._open(simulation, render_mode, name=name)
         self.possible_agents = [f"asv_{boat}" for boat in range(params.num_boats)]
-        self.agents: list[str] = []
+        self.agents: list[str] = []  #: those of the running episode
         # Every agent has spaces of its own, so that seeding one leaves the others alone.
         spaces = {agent: self._boat_spaces() for agent in self.possible_agents}
         self.observation_spaces = {agent: observed for agent, (observed, _) in spaces.items()}
         self.action_spaces = {agent: acted for agent, (_, acted) in spaces.items()}
         bound = global_state_bound(params.num_boats)
-        self.state_space = Box(-bound, bound, dtype=np.float32)
+        self.state_space = Box(-bound, bound, dtype=np.float32)  #: of ``state()``, (S,)
 
     def observation_space(self, agent: str) -> Space[Any]:
         """Returns the agent's observation space, always the same object."""

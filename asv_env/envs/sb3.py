@@ -50,11 +50,10 @@ class BoatVecEnv(Adapter, VecEnv):
         initial_states: distribution of the initial states, see ``Simulation``.
         with_state: whether the state of the world is observed too.
         **options: see ``presets.make_params``.
-
-    Attributes:
-        num_envs: rows, W A.
-        num_worlds: W.
     """
+
+    num_envs: int  #: rows, W A
+    num_worlds: int  #: W
 
     def __init__(
         self,

@@ -15,8 +15,7 @@ from asv_env.types import Float
 
 FULL_SPEED = 0.2  #: forward speed of a full tracking action, m/s
 FULL_YAW_RATE = 1.2  #: yaw rate of a full tracking action, rad/s
-SCALE = np.array([FULL_SPEED, FULL_YAW_RATE])
-"""Forward speed, m/s, and yaw rate, rad/s, of a full tracking action."""
+SCALE = np.array([FULL_SPEED, FULL_YAW_RATE])  #: motion of a full tracking action, m/s and rad/s
 
 
 def bandwidth(boat: BoatParams) -> float:
@@ -25,11 +24,9 @@ def bandwidth(boat: BoatParams) -> float:
 
 
 class Autopilot:
-    """The controllers of boats of one kind.
+    """The controllers of boats of one kind."""
 
-    Attributes:
-        gains: (2,) demand in N per m/s and per rad/s of error in forward speed and yaw rate.
-    """
+    gains: Float  #: (2,) demand in N per m/s and per rad/s of error in forward speed and yaw rate
 
     def __init__(self, boat: BoatParams) -> None:
         # Thrust of a motor per N of surge force and per N m of yaw moment.

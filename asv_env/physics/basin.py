@@ -58,13 +58,11 @@ class _Pool:
 
 
 class Basin:
-    """Bodies of ``num_worlds`` worlds, ``B = 1 + num_boats`` each, row 0 the vessel.
+    """Bodies of ``num_worlds`` worlds, ``B = 1 + num_boats`` each, row 0 the vessel."""
 
-    Attributes:
-        motion: (W, B, 6) motion after the last step, in the coordinates of the Space; see
-            ``world_motion``. Headings are not wrapped.
-        force: (W, B, 3) world-frame force N, N and moment N m during the next step.
-    """
+    #: (W, B, 6) motion after the last step in the Space's coordinates, headings not wrapped
+    motion: Float
+    force: Float  #: (W, B, 3) world-frame force N, N and moment N m during the next step
 
     def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
         self._params, self._worlds_per_space = params, worlds_per_space
@@ -109,12 +107,8 @@ class Basin:
     ) -> None:
         """Gives the bodies of one world a motion, as if the world had just been built.
 
-        Args:
-            world: row of the world.
-            motion: (B, 6) in the world's own coordinates.
-            masses: (B,) effective masses, kg.
-            inertias: (B,) effective moments of inertia, kg m^2.
-            friction: Coulomb coefficient of every contact in the world.
+        The motion (B, 6) is in the world's own coordinates; masses (B,), kg, and inertias (B,),
+        kg m^2, are effective; ``friction`` is the Coulomb coefficient of every contact.
         """
         space = self._pools[world // self._worlds_per_space].space
         tile_x, tile_y = self._tile[world, 0]

@@ -8,15 +8,15 @@ from asv_env.physics import water
 from asv_env.physics.autopilot import Autopilot
 from asv_env.physics.basin import Basin
 from asv_env.physics.thrusters import MIX, Motors, from_command, limited
-from asv_env.types import Bool, Complex, Float, InitialState
+from asv_env.types import Bool, Float, InitialState
 
 
 class Dynamics:
-    """Bodies, ``motors`` and water of ``num_worlds`` worlds."""
+    """Bodies in a ``basin``, their ``motors``, and the water, of ``num_worlds`` worlds."""
 
     def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
         self._params = params
-        self._basin = Basin(params, num_worlds, worlds_per_space)
+        self.basin = Basin(params, num_worlds, worlds_per_space)
         vessel, self._boat = params.hulls()
         hulls = [vessel] + [self._boat] * params.num_boats
         self._mass = np.array([hull.total_mass for hull in hulls])
@@ -35,7 +35,7 @@ class Dynamics:
 
         They are made once: for few worlds NumPy's calls cost more than the physics.
         """
-        motion, force = self._basin.motion, self._basin.force  # world frame
+        motion, force = self.basin.motion, self.basin.force  # world frame
         self._heading, self._yaw_rate = motion[..., 2], motion[..., 5]
         self._velocity = plane(motion, 3)
         self._force, self._moment = plane(force), force[..., 2]
@@ -55,7 +55,7 @@ class Dynamics:
     def place(self, world: int, initial: InitialState) -> None:
         """Places one world in its initial state, motors off."""
         mass, inertia = self._mass * initial.mass_gain, self._inertia * initial.mass_gain
-        self._basin.place(world, initial.motion, mass, inertia, initial.friction)
+        self.basin.place(world, initial.motion, mass, inertia, initial.friction)
         dt = self._params.clock.dt
         self._dt_per_mass[world] = dt / np.stack([mass, mass, inertia], axis=-1)
         linear, quadratic = self._drag
@@ -90,8 +90,8 @@ class Dynamics:
                 thrust = limited(self._thrust, self._boat)
             self.motors.drive(thrust, self._surge_force, self._yaw_moment)
             self._apply_forces()
-            self._basin.step()
-        return self._basin.world_motion()
+            self.basin.step()
+        return self.basin.world_motion()
 
     def _update_velocities(self) -> None:
         """Computes the directions of the hulls and, in their own frames, velocities over ground."""
@@ -103,18 +103,10 @@ class Dynamics:
     def _apply_forces(self) -> None:
         """Writes the force of motors and water, in the world frame, into the basin's array."""
         if self._params.water.current != "still":
-            flow = self.current(plane(self._basin.world_motion()))
+            flow = water.current(self._params.water, plane(self.basin.world_motion()))
             self._relative_planar -= flow * self._direction.conj()
         velocity, drag = self._relative_velocity, (self._linear, self._quadratic)
         step = self._dt_per_mass, self._softening
         water.damped(self._thrust_wrench, velocity, *drag, *step, out=self._wrench)
         np.multiply(self._wrench_planar, self._direction, out=self._force)
         self._moment[...] = self._wrench_yaw
-
-    def current(self, position: Complex) -> Complex:
-        """Returns the velocity of the water (...) at positions x + iy (...) of a world, m/s."""
-        return water.current(self._params.water, position)
-
-    def touching(self) -> Bool:
-        """Returns (W, A, 2): whether each hull touches the vessel, another boat or a wall."""
-        return self._basin.touching()

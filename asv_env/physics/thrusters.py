@@ -24,11 +24,9 @@ def limited(thrust: Float, boat: BoatParams) -> Float:
 
 
 class Motors:
-    """The motors of ``num_worlds`` teams: first-order lag, and a gain for each motor.
+    """The motors of ``num_worlds`` teams: first-order lag, and a gain for each motor."""
 
-    Attributes:
-        thrust: (W, A, 2) present thrust of the left and right motor, N.
-    """
+    thrust: Float  #: (W, A, 2) present thrust of the left and right motor, N
 
     def __init__(self, boat: BoatParams, num_worlds: int, num_boats: int) -> None:
         self._lever_arm = boat.lever_arm

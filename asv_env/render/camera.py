@@ -23,17 +23,11 @@ WIDEST_WALLS = 5.0  #: walls within this half-width are always in view, vessel l
 
 @dataclass(frozen=True)
 class Camera:
-    """A view from straight above, +x to the right and +y up.
+    """A view from straight above, +x to the right and +y up."""
 
-    Attributes:
-        centre: point of the world in the middle of the view, m.
-        scale: pixels per metre.
-        middle: position of that point in the frame, column + i row, px.
-    """
-
-    centre: complex
-    scale: float
-    middle: complex
+    centre: complex  #: point of the world in the middle of the view, m
+    scale: float  #: pixels per metre
+    middle: complex  #: position of that point in the frame, column + i row, px
 
     @classmethod
     def covering(cls, box: Box, left: float, top: float, width: float, height: float) -> Self:
@@ -95,16 +89,12 @@ class Trail:
     Args:
         spacing: distance that some body has to move before a new point is kept, m.
         limit: number of points at which every other one is dropped.
-
-    Attributes:
-        ticks: control ticks of the points, the oldest first.
-        points: positions (B,) of the bodies at these ticks, m.
     """
 
     def __init__(self, spacing: float, limit: int) -> None:
         self._spacing, self._limit = spacing, limit
-        self.ticks: list[int] = []
-        self.points: list[Complex] = []
+        self.ticks: list[int] = []  #: control ticks of the points, the oldest first
+        self.points: list[Complex] = []  #: positions (B,) of the bodies at these ticks, m
 
     def record(self, tick: int, position: Complex) -> None:
         """Keeps the positions (B,) at a control tick."""

@@ -56,14 +56,10 @@ class Canvas:
 
 
 class Window:
-    """A window on the screen, opened with the first frame.
-
-    Attributes:
-        closed: whether ``close`` was called, or the user closed the window.
-    """
+    """A window on the screen, opened with the first frame."""
 
     _surface: pygame.Surface | None = None
-    closed = False
+    closed = False  #: whether ``close`` was called, or the user closed the window
 
     def __init__(self, title: str, fps: int) -> None:
         self._title, self._fps, self._clock = title, fps, pygame.time.Clock()

@@ -22,16 +22,15 @@ class Layout:
         camera: the position of the world in the frame.
         size: (width, height) of the frame, px.
         band: height of the bands for captions above and below the water, px.
-
-    Attributes:
-        unit: scale of widths and text, 1 for a frame of ``DESIGN`` pixels.
-        bar: length of the scale bar and spacing of the grid, m.
-        flows: whether the water moves.
-        enlarged: factor by which boats are drawn larger than they are, at least 1.
-        detailed: whether boats are large enough for an edge round the hull.
-        vessel: corners (n,) of the vessel in its own frame, m.
-        boat: corners (n,) of a boat as it is drawn, in its own frame, m.
     """
+
+    unit: float  #: scale of widths and text, 1 for a frame of ``DESIGN`` pixels
+    bar: float  #: length of the scale bar and spacing of the grid, m
+    flows: bool  #: whether the water moves
+    enlarged: float  #: factor by which boats are drawn larger than they are, at least 1
+    detailed: bool  #: whether boats are large enough for an edge round the hull
+    vessel: Complex  #: corners (n,) of the vessel in its own frame, m
+    boat: Complex  #: corners (n,) of a boat as it is drawn, in its own frame, m
 
     def __init__(
         self, params: EnvParams, camera: Camera, size: tuple[int, int], band: float

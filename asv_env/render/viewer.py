@@ -34,15 +34,11 @@ class Viewer:
         mode: "rgb_array" gives frames, "human" shows them in a window at the control rate.
         size: (width, height) of the frame, px, both even.
 
-    Attributes:
-        params, mode, size: as given.
-        camera: the position of the world in the latest frame.
-
     Raises:
         ValueError: an unknown mode, or a size that is odd or too small.
     """
 
-    camera: Camera
+    camera: Camera  #: the position of the world in the latest frame
 
     def __init__(
         self, params: EnvParams, mode: str = "rgb_array", size: tuple[int, int] = (800, 800)
