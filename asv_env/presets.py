@@ -1,8 +1,8 @@
 """Named sets of parameters, and the one place where options become ``EnvParams``.
 
-A *preset* says which world it is (the nominal one, the paper's experiment, its simulation, its
-tank); a *scenario* says what disturbs it; a *hull* differs from the nominal vessel or boat. All
-are overrides of the defaults. One's own are registered, or given as mappings::
+A *preset* is a world (the nominal one, the paper's experiment, its simulation, its tank), a
+*scenario* is a set of disturbances, a *hull* is another vessel or boat than the nominal one. Each
+is a mapping of the parameters that differ from the defaults. Others are registered or given::
 
     SCENARIOS.register("murky", {"sensors": {"position_noise": 0.03}})
     make_params(scenario={"sensors": {"position_noise": 0.03}})
@@ -85,18 +85,20 @@ def make_params(
     observation: Sequence[str | observing.Feature] | None = None,
     **options: Any,
 ) -> EnvParams:
-    """Returns the parameters that names and options stand for; what is given explicitly wins.
+    """Returns the parameters of an environment from names and options.
 
-    Wherever a name is taken, so is ``"module:ATTRIBUTE"``.
+    Options override the scenario, and the scenario overrides the preset. Names of tasks,
+    scenarios and hulls can also be ``"module:ATTRIBUTE"``, which is imported.
 
     Args:
         task: Name of a task, or a ``Task``.
         num_boats: Team size, 2 to 100; None takes the preset's (4, in ``paper_simulation`` 10).
-        scenario: What disturbs the world: a name of ``SCENARIOS``, or sections with the fields
+        scenario: Disturbances: a name of ``SCENARIOS``, or a mapping of sections to the fields
             that differ.
-        preset: Which world, a name of ``PRESETS``.
-        action_mode: "tracking" or "thrusters".
-        observation: Features that a boat observes, see ``sensing.observation``; None takes all.
+        preset: World, a name of ``PRESETS``.
+        action_mode: "tracking" for speed and yaw rate, or "thrusters" for the two motors.
+        observation: Features that a boat observes, names of ``FEATURES`` or ``Feature`` objects;
+            None takes all built-in ones.
         **options: Any field of ``TaskParams`` by its name (``goal``, ``side``,
             ``time_limit`` ...), or a whole section (``boat``, ``vessel``, ``water``,
             ``sensors``, ``clock``, ``task``, ``variation``, ``reward``), as its dataclass or

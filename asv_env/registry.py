@@ -21,7 +21,7 @@ class UnknownNameError(ValueError, KeyError):
 
 
 class Registry(Mapping[str, T], Generic[T]):
-    """Things of one kind by name, in the order in which they were registered.
+    """Mapping from names to objects of one kind, in the order in which they were registered.
 
     Args:
         kind: singular noun for messages, such as "scenario".

@@ -40,9 +40,10 @@ SITUATION = tuple(f.name for f in fields(Situation))  #: names of what boats kno
 class Simulation:
     """``num_worlds`` independent worlds of one task.
 
-    Observation (W, A, K) float32, action (W, A, 2) in [-1, 1], reward (W, A). Every world has
-    its own random Generator; nothing that happens in one touches another. A world that is over
-    has to be reset before the next step but one.
+    W worlds, A boats, K features: observation (W, A, K) float32, action (W, A, 2) in [-1, 1],
+    reward (W, A). Every world has its own random Generator, and worlds do not affect each other.
+    After the end of its episode a world can be stepped once more, with no meaning; then it has
+    to be reset.
 
     Args:
         params: Parameters of the environment, the task among them; see ``presets.make_params``.
@@ -55,7 +56,7 @@ class Simulation:
 
     state: State  #: true state; not to be written to
     relations: Relations  #: relations of the true motion
-    ending: Ending  #: how the worlds stood after the last step
+    ending: Ending  #: whether and why episodes ended at the last step
 
     def __init__(
         self,
@@ -106,10 +107,10 @@ class Simulation:
     def reset(
         self, mask: Bool | None = None, seeds: Sequence[int | None] | None = None, goal: Any = None
     ) -> Observation:
-        """Begins new episodes.
+        """Begins new episodes in some worlds or all.
 
         Args:
-            mask: (W,) worlds to reset; None resets all.
+            mask: (W,) bool, worlds to reset; None resets all.
             seeds: One seed for each world that is reset; with None a world continues with its
                 own Generator.
             goal: (3,) pose that replaces the goals of these episodes, m, m, rad.
@@ -181,7 +182,7 @@ class Simulation:
         slot[world] = formation.assign_slots(self.params, state.motion, state.working, state.side)
 
     def step(self, action: Any) -> TimeStep:
-        """Advances every world by one control step.
+        """Advances every world by one control step and returns its ``TimeStep``.
 
         Args:
             action: (W, A, 2), finite; clipped to [-1, 1]. Speed and yaw rate with

@@ -64,7 +64,8 @@ class State(Situation):
 class Sensed(Situation):
     """What the boats, and policies, know: one measurement and one estimate, shared by the team.
 
-    Without noise all motions are the true one.
+    Without noise both motions are the true one. The inherited fields are exact in every scenario:
+    slots and closure are decided by the true state.
     """
 
     measured: Float  #: (W, B, 6) the latest raw measurement, as ``State.motion``

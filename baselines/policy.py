@@ -11,22 +11,24 @@ from asv_env.types import Action, Bool, Observation, Sensed
 
 
 class Policy(Protocol):
-    """Decides for all boats of all worlds; never touches the environment.
+    """Interface of a policy, which decides for all boats (A) of all worlds (W) at once.
 
-    A scripted policy reads ``sensed``, a learned one ``observation``, which is computed from
-    it. A policy returns what it remembers, and receives it at the next tick.
+    A policy never touches the environment. Scripted policies read ``sensed``, learned ones
+    ``observation``, which is computed from it. A policy keeps no state of its own: it returns its
+    memory, and receives it again at the next tick.
     """
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
     ) -> tuple[Action, Any]:
-        """Returns one decision for all boats.
+        """Returns the actions of all boats for one control tick.
 
         Args:
-            sensed: what the boats measure.
-            observation: (W, A, K) float32.
-            memory: what the last call returned; None at the first.
-            fresh: (W,) worlds in which a new episode has begun since, so that memory is void.
+            sensed: what the team knows: motion with its noise, slots, goal.
+            observation: (W, A, K) float32, K features of each boat.
+            memory: memory that the previous call returned; None at the first call.
+            fresh: (W,) bool, worlds that have begun a new episode since the previous call; their
+                memory is void.
 
         Returns:
             Action (W, A, 2) in [-1, 1], and the memory for the next call.

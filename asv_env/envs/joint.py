@@ -15,6 +15,8 @@ from asv_env.types import Action, Observation
 class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
     """One world, one agent for all boats: ``gymnasium.make("asv_env/Transport-v0")``.
 
+    A is the number of boats, K the number of observed features.
+
     Observation: (A, K) float32.
     Action: (A, 2) float32 in [-1, 1]; finite values outside are clipped.
     Reward: the mean of the boats' rewards.

@@ -19,16 +19,16 @@ Infos = dict[str, dict[str, Any]]
 
 
 class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
-    """One world whose boats are the agents "asv_0", "asv_1" ...
+    """One world whose boats are the agents "asv_0", "asv_1" ...; also named ``parallel_env``.
 
-    Observation: (K,) float32 for each agent.
+    Observation: (K,) float32 for each agent, K features.
     Action: (2,) float32 in [-1, 1] for each agent; finite values outside are clipped.
     Reward: a float for each agent.
-    End: as of ``JointEnv``, for all agents together; then ``agents`` is empty until the next reset.
-    Info: as of ``JointEnv``, with the terms of the agent's own reward.
+    End: as in ``JointEnv``, for all agents together; then ``agents`` is empty until the next reset.
+    Info: as in ``JointEnv``, with the terms of the agent's own reward.
 
     Args:
-        task, num_boats, render_mode, scenario: as of ``JointEnv``.
+        task, num_boats, render_mode, scenario: as in ``JointEnv``.
         initial_states: distribution of the initial states, see ``Simulation``.
         **options: see ``presets.make_params``.
     """

@@ -1,4 +1,4 @@
-"""Adapter: a stable-baselines3 VecEnv with one row a boat, for policies that all boats share."""
+"""Adapter: a stable-baselines3 VecEnv with one row per boat, for a policy that all boats share."""
 
 import time
 from typing import Any
@@ -27,13 +27,15 @@ RowObservation = Observation | dict[str, Observation]
 
 
 class BoatVecEnv(Adapter, VecEnv):
-    """Rows = worlds x boats, world by world: boat i of world w is row ``w * A + i``.
+    """A ``VecEnv`` whose rows are boats: boat i of world w is row ``w * A + i``.
+
+    W is the number of worlds, A that of boats, K that of observed features.
 
     Observation: (W A, K) float32; with ``with_state`` a dictionary of "obs", the same, and
     "state" (W A, S) float32 of the row's world, for a centralised critic; see ``global_state``.
     Action: (W A, 2) float32 in [-1, 1]; finite values outside are clipped.
     Reward: (W A,) float32, one of each boat.
-    End: as of ``JointEnv``; the world begins its next episode in the same step.
+    End: as in ``JointEnv``; the world begins its next episode in the same step.
     Info: at the end of an episode "terminal_observation", "TimeLimit.truncated", "episode" (r,
     l, t, as a ``Monitor`` writes) and the metrics, see ``metrics.summary``.
 
@@ -41,7 +43,7 @@ class BoatVecEnv(Adapter, VecEnv):
     ``evaluate_policy`` counts episodes in rows too: multiply ``n_eval_episodes`` by the boats.
 
     Args:
-        task, num_boats, scenario: as of ``JointEnv``.
+        task, num_boats, scenario: as in ``JointEnv``.
         num_envs: W, the number of worlds.
         render_mode: None, "rgb_array" or "human", which shows world 0.
         stagger: whether the first episode of world w after a reset is shortened to the fraction

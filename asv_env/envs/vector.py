@@ -20,18 +20,20 @@ Infos = dict[str, Any]
 class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
     """Many worlds at once: ``gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)``.
 
+    W is the number of worlds, A that of boats, K that of observed features.
+
     Observation: (W, A, K) float32.
     Action: (W, A, 2) float32 in [-1, 1]; finite values outside are clipped.
     Reward: (W,), the mean of the boats' rewards.
     End: success and leaving the arena terminate, the time limit truncates.
-    Info: as of ``JointEnv``, in the format of Gymnasium's vector environments.
+    Info: as in ``JointEnv``, in the format of Gymnasium's vector environments.
 
     Equal to Gymnasium's ``SyncVectorEnv`` of ``JointEnv``, to the bit with
     ``worlds_per_space=1``, and many times faster.
 
     Args:
         num_envs: W.
-        task, num_boats, scenario: as of ``JointEnv``.
+        task, num_boats, scenario: as in ``JointEnv``.
         render_mode: None, "rgb_array" or "human", which shows world 0.
         autoreset_mode: an ``AutoresetMode`` or its value. With NEXT_STEP the step after the end
             of an episode ignores the world's action and begins the next one, with reward 0;
@@ -78,7 +80,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         Args:
             seed: seed of world 0, world i gets ``seed + i``; or one for each world; None
                 continues the worlds' Generators.
-            options: as of ``JointEnv``; and "reset_mask" (W,) bool selects the worlds to reset.
+            options: as in ``JointEnv``; and "reset_mask" (W,) bool selects the worlds to reset.
 
         Raises:
             ValueError: bad seeds, goal or mask, or the environment is closed.

@@ -1,10 +1,10 @@
-"""What a boat observes: a list of named features, egocentric, of a size free of the team's.
+"""What a boat observes: a list of named features, whose size does not depend on the team's.
 
-All features come from the estimate in ``Sensed``. Each is divided by a fixed scale and clipped, so
+All features are computed from ``Sensed``. Each is divided by a fixed scale and clipped, so
 that no running statistics are needed. Lengths are in vessel lengths, so that one policy serves
-every size; what has to be met to the centimetre appears a second time, magnified.
+every size; quantities that must be met to the centimetre appear a second time, magnified.
 
-An environment takes ``observation=[...]``: names of ``FEATURES``, or a ``Feature`` of one's own.
+An environment takes ``observation=[...]``: names of ``FEATURES``, or ``Feature`` objects.
 """
 
 from collections.abc import Callable
@@ -29,27 +29,37 @@ FINE_YAW_RATE = 0.15  #: yaw rate of the vessel at which magnified features satu
 VERSION = 2  #: of what features mean; grows where a trained policy would be misled
 LENGTH = None  #: scale of features in vessel lengths
 Value = Callable[[View], np.ndarray]
-"""From a view to (W, A) or (W, 1) for one column, complex x + iy for two, or (W, A, n) for n."""
+"""Function from a view to (W, A) or (W, 1): real for one column, complex x + iy for two; or to
+(W, A, n) for n columns."""
 
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """A feature of an observation, of one or several columns."""
+    """A feature of an observation, with one or several columns; see ``scalar`` and ``vector``.
+
+    Attributes:
+        name: name of the feature.
+        value: function from a ``sensing.view.View`` to the feature in SI units, real (W, A) or
+            (W, 1) for one column, complex x + iy for two, (W, A, n) for n columns.
+        scale: divisor of each column; ``LENGTH`` stands for the vessel's length.
+        bound: magnitude to which each column is clipped after scaling.
+        columns: names of the columns; by default the name of the feature.
+    """
 
     name: str
-    value: Value  #: computes it, SI units
-    scale: tuple[float | None, ...]  #: divisor of each column; ``LENGTH`` is the vessel's length
-    bound: tuple[float, ...]  #: to which the scaled columns are clipped, on both sides
-    columns: tuple[str, ...] = ()  #: names of the columns, where they are not the feature's
+    value: Value
+    scale: tuple[float | None, ...]
+    bound: tuple[float, ...]
+    columns: tuple[str, ...] = ()
 
 
 def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:
-    """Returns a feature of one column."""
+    """Returns a feature of one column, ``value`` / ``scale`` clipped to +-``bound``."""
     return Feature(name, value, (scale,), (bound,), (name,))
 
 
 def vector(name: str, scale: float | None, bound: float, value: Value) -> Feature:
-    """Returns a feature of two columns, x and y."""
+    """Returns a feature of two columns, x and y, from a complex ``value`` x + iy."""
     return Feature(name, value, (scale,) * 2, (bound,) * 2, (f"{name}_x", f"{name}_y"))
 
 

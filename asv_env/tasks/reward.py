@@ -26,12 +26,20 @@ LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
 
 @dataclass
 class Transition:
-    """One control tick, from which the terms are computed."""
+    """One control tick of all worlds, from which the reward terms are computed.
 
-    relations: Relations  #: true, after the tick
-    previous: State  #: true state before the tick
-    state: State  #: true state after the tick
-    ending: Ending  #: how the worlds stand after the tick
+    Attributes:
+        relations: true relations of vessel, boats, slots and goal after the tick.
+        previous: true state before the tick.
+        state: true state after the tick.
+        ending: whether and why episodes end with the tick.
+        params: parameters of the environment.
+    """
+
+    relations: Relations
+    previous: State
+    state: State
+    ending: Ending
     params: EnvParams
 
     @property
@@ -46,20 +54,32 @@ Potential = Callable[[Relations, State, EnvParams], Float]
 
 @dataclass(frozen=True)
 class Term:
-    """One row of a table of rewards: a function of the transition, or the rise of a potential."""
+    """One term of the reward: a function of the transition, or the rise of a potential.
 
-    name: str  #: under which the term is reported
-    value: Callable[[Transition], Float] | None = None  #: to values (W,), or (W, A) if not shared
-    potential: Potential | None = None  #: whose rise, at most ``LARGEST_STEP``, is the value
-    weight: float | str = 1.0  #: factor, or the field of ``RewardParams`` that holds it
-    shared: bool = True  #: whether all boats of a world get the same value
+    Attributes:
+        name: key of the term in ``info["reward_terms"]``.
+        value: function from a ``Transition`` to values (W,), or (W, A) if not shared.
+        potential: function from true relations, state and parameters to a potential (W,), in place
+            of ``value``. The value is its rise in a tick, limited to +-``LARGEST_STEP``.
+        weight: factor on the value, or the name of the field of ``RewardParams`` that holds it.
+        shared: whether all boats of a world get the same value.
+
+    Raises:
+        ValueError: both a value and a potential, or neither.
+    """
+
+    name: str
+    value: Callable[[Transition], Float] | None = None
+    potential: Potential | None = None
+    weight: float | str = 1.0
+    shared: bool = True
 
     def __post_init__(self) -> None:
         if (self.value is None) == (self.potential is None):
             raise ValueError(f"reward term {self.name!r}: give either a value or a potential")
 
     def factor(self, params: EnvParams) -> float:
-        """Weight of the term in an environment."""
+        """Returns the weight of the term in an environment."""
         if isinstance(self.weight, str):
             return float(getattr(params.reward, self.weight))
         return self.weight

@@ -1,6 +1,6 @@
 """What a task is: how episodes begin, what is rewarded, when they succeed, what is reported.
 
-A task of one's own is made from a built-in one with ``dataclasses.replace``::
+A custom task is made from a built-in one with ``dataclasses.replace``::
 
     from dataclasses import replace
     from asv_env.tasks import TRANSPORT, Term
@@ -10,7 +10,7 @@ A task of one's own is made from a built-in one with ``dataclasses.replace``::
 
     STEADY = replace(TRANSPORT, name="steady", reward=(*TRANSPORT.reward, Term("turning", turning)))
 
-Its functions are sent to worker processes, also those of a notebook.
+Its functions are sent to worker processes, also those that a notebook defines.
 """
 
 from collections.abc import Callable, Mapping
@@ -34,26 +34,47 @@ Cause = Callable[[Mapping[str, Any], EnvParams], str]
 
 @dataclass(frozen=True)
 class Metric:
-    """A number that is reported at the end of an episode, beside those of ``metrics.summary``."""
+    """A number that is reported at the end of an episode, besides those of ``metrics.summary``.
 
-    name: str  #: key in ``info``
-    value: Callable[[State, Relations, EnvParams], Float | Bool]  #: to values (W,)
+    Attributes:
+        name: key in ``info``.
+        value: function from state, relations and parameters to values (W,).
+    """
+
+    name: str
+    value: Callable[[State, Relations, EnvParams], Float | Bool]
 
 
 @dataclass(frozen=True)
 class Task:
-    """A task: data and pure functions, no state."""
+    """A task: how episodes begin, what is rewarded, when they succeed. Has no state.
 
-    name: str  #: in tables, and in the registry ``asv_env.tasks.TASKS``
+    Attributes:
+        name: name in tables and in the registry ``asv_env.tasks.TASKS``.
+        initial_states: function from parameters, the world's Generator and the goal that was
+            given to ``reset`` (or None) to an ``asv_env.types.InitialState``.
+        reward: terms whose sum is the reward.
+        success: function from the true relations and state, the velocity (W,) of the water at the
+            vessel and the parameters to (W,) bool, whether the task is done.
+        cause: function from the metrics of a failed episode and the parameters to the cause of
+            the failure, a few words for tables.
+        metrics: metrics that are reported besides those of ``metrics.summary``.
+        not_applicable: columns of ``episodes.csv`` that are left empty for this task.
+        time_limit: time limit for a vessel of 0.40 m, s; it grows with the vessel's length.
+        starts_grasped: whether episodes begin in closure, with the boats in their slots.
+        has_goal: whether the vessel has to be brought to a goal pose.
+    """
+
+    name: str
     initial_states: InitialStates
-    reward: tuple[Term, ...]  #: table of reward terms
+    reward: tuple[Term, ...]
     success: Success
-    cause: Cause  #: why an episode failed, as tables name it
-    metrics: tuple[Metric, ...] = ()  #: metrics of the task's own
-    not_applicable: tuple[str, ...] = ()  #: columns of an episode's row that mean nothing here
-    time_limit: float = 180.0  #: for a vessel of nominal length, s
-    starts_grasped: bool = False  #: whether episodes begin in closure, the boats in their slots
-    has_goal: bool = True  #: whether the vessel is to be brought to a goal pose
+    cause: Cause
+    metrics: tuple[Metric, ...] = ()
+    not_applicable: tuple[str, ...] = ()
+    time_limit: float = 180.0
+    starts_grasped: bool = False
+    has_goal: bool = True
 
     def __post_init__(self) -> None:
         names = [term.name for term in self.reward]

@@ -34,9 +34,9 @@ INTRODUCTION = f"""\
 
 Written by `{PROGRAM}` from the `episodes.csv` of each suite. *Success* is
 the success rate with its 95 % interval, in per cent. *Difference* is the success rate minus that of
-the first policy on the same episodes, in percentage points. *Distance* is the median of the smallest
-distance to the goal; *time* is the median time of the successful episodes. The folder of each suite
-also holds the report of its run (`report.md`).
+the first policy on the same episodes, in percentage points. *Distance* is the median of the
+smallest distance to the goal; *time* is the median time of the successful episodes. The folder of
+each suite also holds the report of its run (`report.md`).
 """
 START = f"<!-- results: what follows is written by {PROGRAM} -->"
 END = "<!-- results: up to here -->"
