@@ -15,18 +15,15 @@ import tyro
 from subjects import PUSHING, UNCONSTRAINED, Situation, vector_subject
 from tqdm import trange
 
-LIMIT = 4.0
-"""Growth of the resident set that still counts as none, MiB."""
+LIMIT = 4.0  #: growth of the resident set that still counts as none, MiB
 
 
 @dataclass(frozen=True)
 class Options:
     """Watches the resident set over many steps of both situations."""
 
-    worlds: int = 1024
-    """Number of worlds."""
-    steps: int = 1_000_000
-    """Number of world-steps in each situation."""
+    worlds: int = 1024  #: number of worlds
+    steps: int = 1_000_000  #: number of world-steps in each situation
 
 
 def measure(situation: Situation, options: Options) -> dict[str, Any]:

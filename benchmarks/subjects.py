@@ -19,25 +19,17 @@ from asv_env.simulation import Simulation
 
 NUM_BOATS = 4
 CLOCK = {"physics": 50, "sensing": 10, "control": 10}
-ACTIONS = 32
-"""Number of actions that are drawn beforehand and used in turn."""
+ACTIONS = 32  #: number of actions that are drawn beforehand and used in turn
 
 
 @dataclass(frozen=True)
 class Situation:
-    """What the boats are doing.
+    """What the boats are doing."""
 
-    Attributes:
-        name: in the table.
-        task: of the environment.
-        time_limit: of an episode, s.
-        actions: returns the actions (W, A, 2) to use in turn.
-    """
-
-    name: str
-    task: str
-    time_limit: float
-    actions: Callable[[Simulation], list[np.ndarray]]
+    name: str  #: in the table
+    task: str  #: of the environment
+    time_limit: float  #: of an episode, s
+    actions: Callable[[Simulation], list[np.ndarray]]  #: returns those (W, A, 2) to use in turn
 
     @property
     def options(self) -> dict[str, Any]:
@@ -48,21 +40,13 @@ class Situation:
 
 @dataclass
 class Subject:
-    """Something to be timed.
+    """Something to be timed."""
 
-    Attributes:
-        worlds: number of worlds.
-        situation: name of the situation.
-        adapter: name of what is stepped.
-        step: advances all worlds by one step.
-        simulation: behind the adapter; None for VMAS.
-    """
-
-    worlds: int
-    situation: str
-    adapter: str
-    step: Callable[[], object]
-    simulation: Simulation | None = None
+    worlds: int  #: number of worlds
+    situation: str  #: name of the situation
+    adapter: str  #: name of what is stepped
+    step: Callable[[], object]  #: advances all worlds by one step
+    simulation: Simulation | None = None  #: behind the adapter; None for VMAS
 
 
 def _random_actions(simulation: Simulation) -> list[np.ndarray]:

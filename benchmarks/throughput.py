@@ -22,14 +22,13 @@ All subjects take turns, a short measurement each, in every round; a ratio is ta
 between neighbours in time, and the table shows medians and ranges over the rounds.
 """
 
-import contextlib
 import json
 import math
 import os
 import platform
 import time
 from dataclasses import dataclass
-from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -42,11 +41,11 @@ from subjects import CLOCK, NUM_BOATS, Subject, all_subjects
 from tqdm import tqdm
 
 from asv_env.checks import TINY, check_numbers, check_whole
+from baselines.rollout import provenance
 
 SUBSTEPS = CLOCK["physics"] // CLOCK["control"]
 VMAS_SUBSTEPS = 1
-SUBJECT = ["worlds", "adapter", "situation"]
-"""Columns that tell what was measured."""
+SUBJECT = ["worlds", "adapter", "situation"]  #: columns that tell what was measured
 FORMATS = {
     "touching": ".0%",
     "env-steps/s": ",.0f",
@@ -58,26 +57,19 @@ FORMATS = {
     "substeps/VMAS": ".2f",
 }
 """Formats of the measured quantities."""
-RANGED = ("env-steps/s", "ours/bare", "env-steps/VMAS")
-"""Quantities whose range is shown."""
+RANGED = ("env-steps/s", "ours/bare", "env-steps/VMAS")  #: quantities whose range is shown
 
 
 @dataclass(frozen=True)
 class Options:
     """Times the whole environment step, compared with bare ``Space.step`` and with VMAS."""
 
-    worlds: tuple[int, ...] = (1, 64, 256, 1024)
-    """Numbers of worlds."""
-    seconds: float = 0.5
-    """Length of a measurement, s."""
-    rounds: int = 11
-    """Number of measurements of each subject."""
-    vmas: bool = True
-    """Compare with VMAS, if it is installed."""
-    out: Path | None = None
-    """JSON file for all samples."""
-    overwrite: bool = False
-    """Replace that file."""
+    worlds: tuple[int, ...] = (1, 64, 256, 1024)  #: numbers of worlds
+    seconds: float = 0.5  #: length of a measurement, s
+    rounds: int = 11  #: number of measurements of each subject
+    vmas: bool = True  #: compare with VMAS, if it is installed
+    out: Path | None = None  #: JSON file for all samples
+    overwrite: bool = False  #: replace that file
 
     def __post_init__(self) -> None:
         if min(self.worlds, default=0) < 1:
@@ -167,10 +159,8 @@ def _cell(values: pd.Series, name: str) -> str:
 
 def circumstances(options: Options) -> dict[str, Any]:
     """Returns what a reader needs to know to judge the numbers."""
-    versions = {}
-    for name in ("asv-env", "numpy", "gymnasium", "pymunk", "vmas", "torch"):
-        with contextlib.suppress(metadata.PackageNotFoundError):
-            versions[name] = metadata.version(name)
+    names = ("asv-env", "numpy", "gymnasium", "pymunk", "vmas", "torch")
+    versions = provenance.versions(name for name in names if find_spec(name.replace("-", "_")))
     return {
         "python": platform.python_version(),
         "versions": versions,

@@ -42,16 +42,11 @@ PARTS = (
 class Options:
     """Times the parts of a PPO training."""
 
-    num_envs: int = 64
-    """Number of worlds."""
-    task: str = "transport"
-    """Name of the task."""
-    scenarios: tuple[str, ...] = WorldOptions.scenarios
-    """Scenarios, over which the worlds are distributed."""
-    updates: int = 8
-    """Number of updates that are timed."""
-    torch_threads: int = 2
-    """Number of threads of torch."""
+    num_envs: int = 64  #: number of worlds
+    task: str = "transport"  #: name of the task
+    scenarios: tuple[str, ...] = WorldOptions.scenarios  #: of the worlds
+    updates: int = 8  #: number of updates that are timed
+    torch_threads: int = 2  #: number of threads of torch
 
 
 def main(options: Options) -> None:

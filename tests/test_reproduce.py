@@ -107,7 +107,7 @@ def test_a_run_that_was_stopped_continues(tmp_path, monkeypatch, capsys):
     with monkeypatch.context() as patch:
         patch.setitem(
             contents.ARTEFACTS, "fig5", type("Stopped", (artefact.Figure,), {"save": stopped})(
-                fig5_paths.correction, artefact.GEOMETRY
+                fig5_paths.correction, contents.GEOMETRY
             )
         )  # fmt: skip
         with pytest.raises(SystemExit, match="the same command continues"):

@@ -7,9 +7,8 @@ from asv_env.params import TINY
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool
 from baselines.paper import pushing, two_arc
-from baselines.paper.paper_memory import Memory
 from baselines.paper.paper_numbers import IN_RANGE, PaperGains
-from baselines.paper.steering import Steering
+from baselines.paper.steering import Memory, Steering
 
 CURVATURES = (1e-6, 1e3)
 """Bounds of the curvature, 1/m: the centre of a straight is far away, a turn on the spot a small

@@ -25,11 +25,7 @@ def advance(pose: ArrayLike, curvature: ArrayLike, distance: ArrayLike) -> Float
 
 
 def _chord(heading: Float, turn: Float, length: ArrayLike) -> Complex:
-    """Chord (...) m of an arc, as a complex number.
-
-    It points along the mean of the tangents at its ends, -n = -i exp(ih), which needs no division
-    by the curvature and so has no singular case.
-    """
+    """Chord (...) m of an arc, along the mean of the tangents at its ends, -n = -i exp(ih)."""
     return length * np.sinc(turn / (2 * np.pi)) * -1j * direction(heading + turn / 2)
 
 

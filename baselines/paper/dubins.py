@@ -42,10 +42,8 @@ def length(goal: ArrayLike, min_radius: ArrayLike) -> Float:
 def _turn_straight_turn(goal: Float, radius: Float) -> tuple[Float, Float]:
     """Curvatures and lengths (4, ..., 3) of LSL RSR LSR RSL; length inf where there is none.
 
-    With t the direction of the straight of length d and n its left normal, the circles' centres
-    are d t + R (s3 - s1) n apart. They give the course of the straight to within the slack; a
-    course that makes a turn vanish is preferred there, since the other side of it is a full turn
-    (on a shared circle any course will do).
+    The centres are d t + R (s3 - s1) n apart, with d the length of the straight, t its direction
+    and n its left normal. Within the rounding error a course without a turn is preferred.
     """
     s1, s3 = (_per_word(side, radius) for side in _CSC_SIDES)
     across_gap, start, end = _between_centres(goal, radius, s1, s3)
@@ -67,8 +65,7 @@ def _turn_straight_turn(goal: Float, radius: Float) -> tuple[Float, Float]:
 def _three_turns(goal: Float, radius: Float) -> tuple[Float, Float]:
     """Curvatures and lengths (2, ..., 3) of LRL and RLR; length inf where there is none.
 
-    The outer centres are 4 R sin(m/2) apart for a middle turn m, and the mean of the courses at
-    the middle turn's ends points from the one to the other. Only m >= pi can be shortest.
+    The outer centres are 4 R sin(m/2) apart for a middle turn m, of which only m >= pi can be best.
     """
     side = _per_word(_CCC_SIDES, radius)
     across_gap, start, end = _between_centres(goal, radius, side, side)

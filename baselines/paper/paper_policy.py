@@ -28,9 +28,15 @@ from baselines.paper import braitenberg
 from baselines.paper.arc_following import follow_arcs, plan_arcs, push_steering
 from baselines.paper.coasting import coasting_speed
 from baselines.paper.inputs import finite, positive
-from baselines.paper.paper_memory import Memory, blank_memory
 from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, IN_RANGE, MEAN_SPEEDS, PaperGains
-from baselines.paper.steering import Assignment, Steering, approach_steering, nearest
+from baselines.paper.steering import (
+    Assignment,
+    Memory,
+    Steering,
+    approach_steering,
+    blank_memory,
+    nearest,
+)
 from baselines.paper.wheel_commands import WheelCommands
 
 
@@ -89,11 +95,7 @@ class PaperPolicy:
         return self._commands.action(relations, steering, flip, memory), memory
 
     def _assign_targets(self, sensed: Sensed, flip: Float, memory: Memory) -> Relations:
-        """Assigns targets to boats, and D to boats whose target is new.
-
-        Returns:
-            Relations to these targets, of worlds mirrored where the team pushes from -n.
-        """
+        """Assigns targets, and D where they are new; returns the mirrored relations to them."""
         motion, goal = mirrored(sensed.estimate, flip), mirrored(sensed.goal, flip)
         slot = np.where(flip[:, None] < 0, sensed.slot.conj(), sensed.slot)
         side = np.ones(len(flip))

@@ -1,6 +1,7 @@
-"""The approach: which boat goes to which target, and how it steers there by the law of Eq (3)."""
+"""The approach: the memory of the team, its targets, and how boats steer there by Eq (3)."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,13 +10,49 @@ from asv_env.geometry import xy
 from asv_env.tasks.formation import Relations, assign
 from asv_env.types import Bool, Complex, Float, Int
 from baselines.paper import braitenberg
-from baselines.paper.paper_memory import Memory
 from baselines.paper.paper_numbers import PaperGains
 from baselines.paper.spiral import angular_distance, approach_speed, arc_length, bearing_offset
 
+FAR_AWAY = 1e6  #: distance of the circle's centre before any arc is planned, m
 Assignment = Callable[[Complex, Complex, Bool, Complex], Complex]
 """Function from boats (W, A), slots (W, A), which boats work (W, A) and the last targets (W, A; NaN
 before the first) to targets (W, A); positions in the vessel's frame, m."""
+
+
+@dataclass
+class Memory:
+    """State of the controller; every array has the worlds as its first axis."""
+
+    target: Complex  #: (W, A) slot assigned to each boat, vessel frame, m; NaN before the first
+    turn_direction: Int  #: (W, A) D of each boat for that target
+    pushing: Bool  #: (W,) whether the push has begun
+    motors_off: Bool  #: (W,) whether the motors are off for good
+    goal: Complex  #: (W,) position where the arcs end, m
+    centre: Complex  #: (W, 2) centres of the two circles, m
+    rho: Float  #: (W, 2) positions of the centres along the vessel's +x axis, m
+    length: Float  #: (W, 2) lengths of the arcs, m
+    arc: Int  #: (W,) index of the arc that the vessel is on, 0 or 1
+    travelled: Float  #: (W,) path length round the first centre, m
+    last_position: Complex  #: (W,) position of the vessel at the last tick, m
+    wheels: Float  #: (W, A, 2) left and right wheel speed commanded at the last tick, m/s
+
+
+def blank_memory(worlds: int, team: int) -> Memory:
+    """Returns the memory at the start of episodes: no targets, no arcs, the wheels at rest."""
+    return Memory(
+        target=np.full((worlds, team), np.nan, dtype=np.complex128),
+        turn_direction=np.zeros((worlds, team), dtype=np.int64),
+        pushing=np.zeros(worlds, dtype=np.bool_),
+        motors_off=np.zeros(worlds, dtype=np.bool_),
+        goal=np.zeros(worlds, dtype=np.complex128),
+        centre=np.full((worlds, 2), FAR_AWAY, dtype=np.complex128),
+        rho=np.full((worlds, 2), FAR_AWAY),
+        length=np.zeros((worlds, 2)),
+        arc=np.zeros(worlds, dtype=np.int64),
+        travelled=np.zeros(worlds),
+        last_position=np.zeros(worlds, dtype=np.complex128),
+        wheels=np.zeros((worlds, team, 2)),
+    )
 
 
 def nearest(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:

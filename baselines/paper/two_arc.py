@@ -126,10 +126,7 @@ def _double_angle(sine: Float, cosine: Float, scale: Float) -> Float:
 
 
 def _path(alpha1: Float, chord1: Float, alpha2: Float, chord2: Float, scale: Float) -> ArcPath:
-    """The path of two forward arcs with these chords, and these turns up to 2 pi.
-
-    A negative chord means the other way round the same circle (Eqs 14-15, corrected).
-    """
+    """Path of forward arcs; a chord < 0: the other way round (Eqs 14-15, corrected)."""
     turn = np.stack(np.broadcast_arrays(alpha1, alpha2), axis=-1)
     chord = np.stack(np.broadcast_arrays(chord1, chord2), axis=-1)
     rounding = np.maximum(ROUNDING * scale[..., None], SPOT_RADIUS)

@@ -9,8 +9,7 @@ from asv_env.physics.thrusters import MIX
 from asv_env.tasks.formation import Relations
 from asv_env.types import Action, Complex, Float
 from baselines.paper import braitenberg
-from baselines.paper.paper_memory import Memory
-from baselines.paper.steering import Steering
+from baselines.paper.steering import Memory, Steering
 
 
 class WheelCommands:

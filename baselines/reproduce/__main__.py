@@ -28,20 +28,13 @@ class Options:
     to continue a run that was stopped.
     """
 
-    only: tuple[str, ...] = tuple(ARTEFACTS)
-    """names of the figures, tables and studies to make"""
-    seed: int = 0
-    """seed of the first episode"""
-    trials: int = 12
-    """number of trials of figures 6 to 10"""
-    episodes: int = 96
-    """number of episodes in each condition of the tables"""
-    out: Path = Path("runs/reproduce")
-    """folder to write to"""
-    page: Path | None = None
-    """page that receives the table as well, between its two marks"""
-    overwrite: bool = False
-    """replace what was made with other options or other code"""
+    only: tuple[str, ...] = tuple(ARTEFACTS)  #: names of the figures, tables and studies to make
+    seed: int = 0  #: seed of the first episode
+    trials: int = 12  #: number of trials of figures 6 to 10
+    episodes: int = 96  #: number of episodes in each condition of the tables
+    out: Path = Path("runs/reproduce")  #: folder to write to
+    page: Path | None = None  #: page that receives the table as well, between its two marks
+    overwrite: bool = False  #: replace what was made with other options or other code
 
     def __post_init__(self) -> None:
         for name in self.only:

@@ -19,12 +19,8 @@ from baselines.reproduce import style
 from baselines.rollout import provenance
 from baselines.rollout.files import write_text
 
-GEOMETRY = "equations alone, nothing is simulated"
-MODEL = "the kinematic model of Eq. (8), without hulls and water"
-SIMULATION = "simulation of hulls, water and contact"
 NAME = "record.json"
 LIBRARIES = ("numpy", "scipy", "pymunk", "matplotlib")
-BOTH = f"{SIMULATION}; next to it the paper's own numbers from its tank experiment"
 
 
 @dataclass(frozen=True)

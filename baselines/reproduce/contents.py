@@ -12,17 +12,12 @@ from baselines.reproduce import (
     planner_comparison,
     single_runs,
 )
-from baselines.reproduce.artefact import (
-    BOTH,
-    GEOMETRY,
-    MODEL,
-    SIMULATION,
-    Artefact,
-    Figure,
-    Study,
-    Table,
-)
+from baselines.reproduce.artefact import Artefact, Figure, Study, Table
 
+GEOMETRY = "equations alone, nothing is simulated"
+MODEL = "the kinematic model of Eq. (8), without hulls and water"
+SIMULATION = "simulation of hulls, water and contact"
+BOTH = f"{SIMULATION}; next to it the paper's own numbers from its tank experiment"
 ARTEFACTS: dict[str, Artefact] = {
     "fig1": Figure(fig1_2_definitions.closure, GEOMETRY),
     "fig2": Figure(fig1_2_definitions.quantities, GEOMETRY),

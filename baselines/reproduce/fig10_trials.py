@@ -25,8 +25,7 @@ COMPARED = ("paper", "scripted")
 SCENARIOS = ("nominal", "noisy")
 START = "<!-- what follows is written by python -m baselines.reproduce -->"
 END = "<!-- up to here -->"
-Episodes = Sequence[dict[str, Any]]
-"""Rows of ``episodes.csv``."""
+Episodes = Sequence[dict[str, Any]]  #: rows of ``episodes.csv``
 
 
 def trials(job: Job) -> dict[str, dict[str, Episodes]]:

@@ -36,7 +36,7 @@ MEASURES = {
     "size of the heading error then (rad)": ("heading_error_at_min", 1.0),
     "path length / Dubins length": ("path_length_ratio", 1.0),
 }
-"""Column of an episode and factor of each measure."""
+"""Column of an episode, of which the size is taken, and factor of each measure."""
 
 
 def least_radius(params: EnvParams) -> float:
@@ -192,20 +192,12 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
 def _paired(episodes: dict[str, list[dict[str, Any]]]) -> dict[str, dict[str, list[float]]]:
     """Returns values by planner and measure, of the goals to which it applies with all planners."""
     values: dict[str, dict[str, list[float]]] = {planner: {} for planner in episodes}
-    for measure in MEASURES:
-        columns = [[_value(row, measure) for row in rows] for rows in episodes.values()]
+    for measure, (column, factor) in MEASURES.items():
+        columns = [[row[column] for row in rows] for rows in episodes.values()]
         pairs = [pair for pair in zip(*columns, strict=True) if None not in pair]
         for k, planner in enumerate(episodes):
-            values[planner][measure] = [pair[k] for pair in pairs]
+            values[planner][measure] = [factor * abs(pair[k]) for pair in pairs]
     return values
-
-
-def _value(row: dict[str, Any], measure: str) -> float | None:
-    column, factor = MEASURES[measure]
-    value = row[column]
-    if value is None:
-        return None
-    return factor * (abs(value) if column.startswith("heading") else value)
 
 
 def _lengths_in_words(lengths: dict[str, dict[str, list[float | None]]]) -> list[str]:

@@ -83,9 +83,8 @@ class ApproachPath:
     def _spiral_down(self, boat: Complex, target: Complex) -> tuple[Complex, Float]:
         """Returns direction and length of the spiral to the entry point and the descent below it.
 
-        The entry point sinks with a boat that is lower. It is a little in front of one within the
-        capture radius, and farther in front of one next to the hull. So its bearing never becomes
-        singular, a boat returns to the line before it descends, and hardly turns near the hull.
+        The entry point sinks with a boat that is lower, and is in front of one that is near it or
+        next to the hull, so that its bearing is never singular.
         """
         height = np.minimum(boat.imag, self._entry)
         offset = boat - target.real - 1j * height
@@ -110,16 +109,13 @@ class ApproachPath:
         return direction(braitenberg.desired_heading(alpha, 1, phi))
 
     def _length_round(self, boat: Complex, target: Complex) -> Float:
-        """Returns the length of the counter-clockwise path, m: tangent, circle, spiral, descent.
-
-        A boat at the side of the vessel may reach the entry points' height on the tangent already.
-        """
+        """Returns the length of the counter-clockwise path, m: tangent, circle, spiral, descent."""
         circle, entry = self._circle, self._entry
         radius = np.maximum(np.abs(boat), circle)
         alpha = np.pi / 2 - np.mod(np.arctan2(boat.real, boat.imag), 2 * np.pi)
         tangent = np.arccos(circle / radius)
         arc = math.asin(entry / circle) - alpha - tangent
-        early = (arc < 0) & (radius > circle)
+        early = (arc < 0) & (radius > circle)  # The tangent reaches the entry points' height.
         course = alpha + np.pi / 2 + tangent
         rise = np.where(early, (entry - boat.imag) / np.where(early, np.sin(course), 1.0), 0.0)
         to_circle = radius - np.abs(boat) + np.sqrt(radius**2 - circle**2)

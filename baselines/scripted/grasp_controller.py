@@ -84,10 +84,7 @@ class GraspController:
     def _begin(
         self, boat: Complex, waypoint: Complex, sensed: Sensed, memory: GraspMemory, new: Bool
     ) -> None:
-        """Starts the approach in the worlds ``new`` (W,), and where the slots have changed.
-
-        The boat with the longest path goes at cruising speed; the others slower.
-        """
+        """Starts the approach in the worlds ``new`` (W,), and where the slots have changed."""
         new = new | (memory.slot != sensed.slot).any(axis=1)
         if not new.any():
             return
@@ -108,10 +105,9 @@ class GraspController:
     def _velocities(
         self, relations: Relations, memory: GraspMemory
     ) -> tuple[Complex, Complex, Complex]:
-        """Returns the boats' bows, the hull's velocities at them, and theirs past it, (W, A) each.
+        """Returns bows, velocities of the hull at them, and theirs past it, (W, A), vessel frame.
 
-        All are in the vessel's frame. Updates ``memory.drift``, of which a boat notices what is
-        across its bow, less its skid: speed times yaw rate times the time constant of its sway.
+        Updates ``memory.drift``, of which a boat notices what is across its bow, less its skid.
         """
         to_vessel = relations.heading[:, :1].conj()
         bow = relations.heading[:, 1:] * to_vessel

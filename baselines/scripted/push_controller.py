@@ -78,17 +78,10 @@ class PushController:
     def _side_command(
         self, gap: Complex, hull: Complex, yaw_rate: Float, force: Float
     ) -> tuple[Float, Float]:
-        """Returns speed and yaw offset (W, A) of side boats: the hull's, and more by their force.
+        """Returns speed and yaw offset (W, A) of side boats, which exert ``force`` (W, A) N.
 
-        The autopilot turns an excess of speed into thrust. Friction takes the boats along with
-        the hull, which hinders its turning; a yaw offset by which their thrust would take them
-        along by itself takes some of that away. Too much of it would push the vessel sideways.
-
-        Args:
-            gap: (W, A) from each boat to its place, in the vessel's frame, m.
-            hull: (W, A) velocity of the hull there, in the vessel's frame, m/s.
-            yaw_rate: (W, 1) of the vessel, rad/s.
-            force: (W, A) wanted towards -n, N.
+        The autopilot turns an excess of speed over that of the ``hull`` there into thrust. The yaw
+        offset takes away some of the friction by which boats hinder the hull's turning.
         """
         gains, boat, forward = self._gains, self._boat, -hull.imag
         sway_damping = boat.sway[0] + boat.sway[1] * np.abs(hull.real)
@@ -105,11 +98,9 @@ class PushController:
     def _end_command(
         self, gap: Complex, hull: Complex, yaw_rate: Float, end: Float, force: Float
     ) -> tuple[Float, Float]:
-        """Returns speed and yaw offset (W, A) of end boats, which go with the hull and press on it.
+        """Returns speed and yaw offset (W, A) of boats at the ``end`` -1 or +1, which press on it.
 
-        The water carries a boat whose heading is off its course sideways, so that a small yaw
-        offset presses hard. Arguments as for ``_side_command``, but for ``end``, (W, A) -1 or +1,
-        at which end a boat is, and ``force``, (W,) wanted along the hull, N.
+        A small yaw offset presses hard, as the water carries a boat off its course sideways.
         """
         gains, boat = self._gains, self._boat
         forward = np.maximum(-hull.imag, LEAST_SPEED)
