@@ -29,7 +29,7 @@ from baselines.rollout.files import write_text
 
 
 class InputError(ValueError):
-    """Something that was asked for is wrong; nothing was run, nothing is lost."""
+    """An argument cannot be used; nothing was run, and no results were changed."""
 
 
 class StoppedError(RuntimeError):
@@ -38,7 +38,7 @@ class StoppedError(RuntimeError):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Policies compared on the same episodes."""
+    """Result of ``compare``: the episodes of all policies, and statistics of them."""
 
     request: Request  #: what was compared
     results: Results  #: rows of the episodes by condition, policy and training
@@ -68,7 +68,7 @@ class Comparison:
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis(["condition", "policy"])
 
     def plot(self, chart: str = "overview", condition: str | None = None) -> Figure:
-        """Returns a chart of the report as a Matplotlib figure; ValueError if it has none such.
+        """Returns a chart of the report as a Matplotlib figure; ValueError for an unknown name.
 
         Args:
             chart: "overview" of all conditions, or of one condition "profile", "times",
@@ -120,26 +120,30 @@ def compare(
     trust_pickles: bool = False,
     progress: bool = True,
 ) -> Comparison:
-    """Runs policies on the same seeded episodes and returns how they compare.
+    """Runs policies on the same seeded episodes and compares them.
 
     Args:
-        policies: by name, each a registered name ("scripted"), a policy file, "module:Class", a
-            class or function ``EnvParams -> Policy``, or a list of these: several trainings. The
-            others are compared with the first.
-        suite: name of a suite, a Suite, Conditions of your own, or an environment's parameters.
-        episodes: number of episodes of each condition, the first ones; None takes the suite's.
-        out: folder for all files and the report. What it holds already, made by the same code, is
-            kept, and only what is missing is run. None leaves no files.
-        task: runs the suite with another task: a name, "module:NAME" or a Task.
-        workers: number of processes, None one a core; 0 runs everything in this one, for a
-            debugger.
-        num_envs: number of worlds side by side in a process.
-        replays: number of first episodes of each condition that can be watched in the report;
-            where policies fail, up to as many again are added.
-        record: save trajectories too, for imitation learning.
-        overwrite: replace what is in the way in the folder.
-        trust_pickles: read stable-baselines3 models; doing so runs whatever code is in them.
-        progress: show a progress bar.
+        policies: policies by the names that tables show. Each is a registered name ("scripted"), a
+            policy file, "module:Class", or a class or function ``EnvParams -> Policy``; a list of
+            these is one policy that was trained several times. All are compared with the first.
+        suite: name of a suite, a Suite, one or several Conditions, or an environment's parameters.
+        episodes: number of episodes of each condition; None takes the suite's.
+        out: folder for the episodes, the summary and the report. Episodes that it holds from the
+            same code are kept, and only missing ones are run. None keeps no files.
+        task: task that replaces that of the suite: a name, "module:NAME" or a Task.
+        workers: number of worker processes; None is one per core, 0 runs everything in the
+            current process, for a debugger. The results do not depend on it.
+        num_envs: number of worlds that a process runs at once. The results do not depend on it.
+        replays: number of episodes of each condition that the report can replay, the first ones;
+            up to as many failed episodes are added.
+        record: whether to save trajectories for imitation learning, below ``out``.
+        overwrite: whether to replace results in ``out`` that were made by other code, of another
+            suite or by another policy of the same name; otherwise they are an error.
+        trust_pickles: whether to read stable-baselines3 models, which runs any code in them.
+        progress: whether to show a progress bar.
+
+    Returns:
+        Comparison with ``table()``, ``episodes``, ``summary``, ``plot()`` and ``film()``.
 
     Raises:
         InputError: a policy, a suite, a number or a folder that cannot be used.

@@ -47,8 +47,8 @@ class Options:
     """Writes the published results onto the pages of the repository."""
 
     results: Path = Path(FOLDER)  # folder of the results, with one folder a suite
-    page: Path = Path("README.md")  # page with the marks between which the overview stands
-    check: bool = False  # whether to write nothing, and to fail where a page is stale
+    page: Path = Path("README.md")  # page that receives the table of all suites between its marks
+    check: bool = False  # whether only to check that the pages are up to date; fails if not
 
 
 def read(folder: Path) -> list[Results]:
