@@ -13,12 +13,12 @@ import asv_env
 from asv_env import PRESETS, SCENARIOS, TASKS
 from asv_env.params import ACTION_MODES
 
-REQUIRED = ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk")
-EXTRAS = {
+LIBRARIES = {
+    "": ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk"),
     "eval": ("joblib", "jinja2", "matplotlib", "pandas", "tqdm", "pygame-ce", "imageio"),
     "train": ("stable-baselines3", "torch", "tensorboard"),
     "rllib": ("ray",),
-}
+}  #: what is reported, by the extra that installs it
 USES = """
 One agent for all boats   gymnasium.make("asv_env/Transport-v0", num_boats=4)
 Many worlds at once       gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)
@@ -56,8 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def report() -> str:
     """Returns versions, environments, and the names that options take."""
     lines = [f"asv-env {asv_env.__version__}, Python {platform.python_version()}", "", "Installed"]
-    lines += [f"  {name:18} {_version(name)}" for name in REQUIRED]
-    for extra, names in EXTRAS.items():
+    for extra, names in LIBRARIES.items():
         missing = f"not installed: pip install 'asv-env[{extra}]'"
         lines += [f"  {name:18} {_version(name) or missing}" for name in names]
     lines += ["", "Environments                 Gymnasium                PettingZoo"]

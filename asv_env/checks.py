@@ -9,17 +9,23 @@ from typing import Any
 TINY = 1e-9  #: smallest value of a parameter that must be positive
 
 
+class UnknownNameError(ValueError, KeyError):
+    """A name that is not known; the message gives the nearest one."""
+
+    __str__ = Exception.__str__
+
+
 def choice(kind: str, value: object, known: Iterable[str]) -> str:
     """Returns ``value`` if it is one of the known names.
 
     Raises:
-        ValueError: with the nearest known name.
+        UnknownNameError: with the nearest known name.
     """
     names = list(known)
     if value in names:
         return str(value)
     listed = ", ".join(map(repr, names))
-    raise ValueError(f"unknown {kind} {value!r}.{nearest(value, names)} Known: {listed}.")
+    raise UnknownNameError(f"unknown {kind} {value!r}.{nearest(value, names)} Known: {listed}.")
 
 
 def nearest(value: object, names: Sequence[str]) -> str:
@@ -74,3 +80,15 @@ def check_whole(owner: object, names: str, low: int) -> None:
                 f"{type(owner).__name__}.{name} = {value!r}: must be a whole number of at least "
                 f"{low}"
             )
+
+
+def check_num_boats(num_boats: Any) -> int:
+    """Returns a team size.
+
+    Raises:
+        ValueError: not a whole number from 2 to 100.
+    """
+    whole = isinstance(num_boats, Integral) and not isinstance(num_boats, bool)
+    if not whole or not 2 <= num_boats <= 100:
+        raise ValueError(f"num_boats = {num_boats!r}: must be a whole number from 2 to 100")
+    return int(num_boats)

@@ -12,16 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from typing import Any
 
-from asv_env.checks import choice
-from asv_env.params import (
-    NOMINAL_LENGTH,
-    BoatParams,
-    EnvParams,
-    HullParams,
-    TaskParams,
-    VesselParams,
-    check_num_boats,
-)
+from asv_env.checks import check_num_boats, choice
+from asv_env.params import NOMINAL_LENGTH, BoatParams, EnvParams, TaskParams, VesselParams
 from asv_env.registry import Registry
 from asv_env.sensing import observation as observing
 from asv_env.tasks import TASKS, Task
@@ -136,8 +128,7 @@ def make_params(
     for name in [name for name in SECTIONS if name not in sections]:
         sections[name] = _merged(SECTIONS[name](), name, layers)
     features = None if observation is None else tuple(observation)
-    if features is not None:
-        observing.chosen(features)
+    observing.chosen(features)
     return EnvParams(definition, team, action_mode, features, **sections)
 
 
@@ -195,7 +186,7 @@ def _merged(base: Any, section: str, layers: tuple[Mapping[str, Any], ...]) -> A
             changes = _as_mapping(override, section)
             for name in changes:
                 choice(f"{section} parameter", name, [f.name for f in fields(base)])
-            if {"length", "width", "mass"} & changes.keys() and isinstance(base, HullParams):
+            if section in ("boat", "vessel") and {"length", "width", "mass"} & changes.keys():
                 changes.setdefault("inertia", None)  # It follows from what is given.
             base = replace(base, **changes)
     return base

@@ -14,12 +14,6 @@ from asv_env.checks import choice
 T = TypeVar("T")
 
 
-class UnknownNameError(ValueError, KeyError):
-    """A name that a registry does not hold; the message gives the nearest one."""
-
-    __str__ = Exception.__str__
-
-
 class Registry(Mapping[str, T], Generic[T]):
     """Mapping from names to objects of one kind, in the order in which they were registered.
 
@@ -56,12 +50,7 @@ class Registry(Mapping[str, T], Generic[T]):
         return self[word] if word in self or ":" not in word else load(word)
 
     def __getitem__(self, name: str) -> T:
-        if name not in self._entries:
-            try:
-                choice(self._kind, name, self)
-            except ValueError as error:
-                raise UnknownNameError(str(error)) from None
-        entry: Any = self._entries[name]
+        entry: Any = self._entries[choice(self._kind, name, self)]
         return load(entry) if isinstance(entry, str) else entry
 
     def __contains__(self, name: object) -> bool:

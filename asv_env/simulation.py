@@ -102,7 +102,7 @@ class Simulation:
         self.relations = _relations(self.state)
         self._occupied = formation.occupied(self.relations, self.params.task)
         self._potentials = self._potentials_of(self.relations, self.state)
-        self._tally = metrics.fresh(self.relations, self.state)
+        self._tally = metrics.Tallies(self.relations, self.state)
 
     def reset(
         self, mask: Bool | None = None, seeds: Sequence[int | None] | None = None, goal: Any = None
@@ -130,7 +130,7 @@ class Simulation:
             self._begin(int(world), goal)
         self._restart(index)
         some = rows(self.state, index)
-        put_rows(self._tally, index, metrics.fresh(rows(self.relations, index), some))
+        put_rows(self._tally, index, metrics.Tallies(rows(self.relations, index), some))
         self._steps_over[index] = 0
         fails = (self._failure_tick != metrics.NEVER).any()
         self._roles_may_change = bool(fails or not self.state.anchored.all())

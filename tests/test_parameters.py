@@ -364,7 +364,6 @@ def test_nominal_task_is_that_of_the_design():
 def test_nominal_clocks_are_those_of_the_design():
     params = make_params()
     assert params.clock == ClockParams(physics=50, sensing=10, control=10)
-    assert params.substeps == 5
 
 
 def test_explicit_parameters_win():

@@ -14,7 +14,7 @@ from asv_env import make_params
 from asv_env.render import colours
 from asv_env.render.backdrop import streamlines
 from asv_env.render.camera import Camera, Trail
-from asv_env.render.layout import round_number
+from asv_env.render.layout import Layout, round_number
 from asv_env.render.viewer import Viewer
 from asv_env.simulation import Simulation
 
@@ -214,14 +214,14 @@ def test_current_is_visible():
 def test_streamlines_follow_the_water():
     upwards = {"current": "uniform", "current_speed": 0.03, "current_heading": np.pi / 2}
     camera = Camera(0j, 250.0, 160 + 160j)
-    lines = streamlines(camera, make_params(water=upwards).water, SIZE, 50.0, 40.0)
+    lines = streamlines(Layout(make_params(water=upwards), camera, SIZE, 0.0), 50.0, 40.0)
     drift = lines[:, -1] - lines[:, 0]
     np.testing.assert_allclose(drift, np.broadcast_to([0.0, -40.0], drift.shape), atol=1e-9)
 
-    gyre = make_params(scenario="gyre").water
-    lines = streamlines(camera, gyre, SIZE, 50.0, 40.0, steps=40)
+    gyre = make_params(scenario="gyre")
+    lines = streamlines(Layout(gyre, camera, SIZE, 0.0), 50.0, 40.0, steps=40)
     middle = camera.points(lines[:, 20])
-    k = np.pi / gyre.gyre_size
+    k = np.pi / gyre.water.gyre_size
     speed = np.hypot(
         np.sin(k * middle.real) * np.sin(k * middle.imag),
         np.cos(k * middle.real) * np.cos(k * middle.imag),

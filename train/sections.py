@@ -6,8 +6,8 @@ from itertools import cycle, islice, product
 from pathlib import Path
 from typing import Literal
 
-from asv_env.checks import TINY, check_numbers, check_whole
-from asv_env.params import ClockParams, check_num_boats
+from asv_env.checks import TINY, check_num_boats, check_numbers, check_whole
+from asv_env.params import ClockParams
 from asv_env.presets import SCENARIOS
 from asv_env.sensing import observation
 from baselines.rollout import seeds

@@ -2,10 +2,9 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from numbers import Integral
 from typing import Any
 
-from asv_env.checks import choice
+from asv_env.checks import check_num_boats, choice
 from asv_env.params.hull_params import BoatParams, VesselParams
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import RewardParams, TaskParams
@@ -85,11 +84,6 @@ class EnvParams:
         return self.vessel.length / cells
 
     @property
-    def substeps(self) -> int:
-        """Number of physics steps in a control step."""
-        return self.clock.physics // self.clock.control
-
-    @property
     def time_limit_ticks(self) -> int:
         """Number of control ticks after which an episode is truncated."""
         return max(1, round(self.task.time_limit * self.clock.control))
@@ -103,15 +97,3 @@ class EnvParams:
             at = (self.water.linear_speed, self.water.linear_yaw_rate)
             vessel, boat = vessel.linearised(*at), boat.linearised(*at)
         return vessel, boat
-
-
-def check_num_boats(num_boats: Any) -> int:
-    """Returns a team size.
-
-    Raises:
-        ValueError: not a whole number from 2 to 100.
-    """
-    whole = isinstance(num_boats, Integral) and not isinstance(num_boats, bool)
-    if not whole or not 2 <= num_boats <= 100:
-        raise ValueError(f"num_boats = {num_boats!r}: must be a whole number from 2 to 100")
-    return int(num_boats)

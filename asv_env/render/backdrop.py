@@ -6,7 +6,6 @@ import numpy as np
 
 from asv_env.params import WaterParams
 from asv_env.physics import water
-from asv_env.render.camera import Camera
 from asv_env.render.canvas import Canvas
 from asv_env.render.colours import FLOW, GRID, LAND, QUAY, WATER, mix
 from asv_env.render.layout import Layout
@@ -19,13 +18,12 @@ FLOW_LENGTH = 44.0  #: length of a streamline where the water is fastest, px
 def paint_backdrop(canvas: Canvas, layout: Layout) -> None:
     """Paints the grid, and streamlines and walls if there are any."""
     paint_grid(canvas, layout)
-    params, unit = layout.params.water, layout.unit
+    walls, unit = layout.params.water.walls, layout.unit
     if layout.flows:
-        spacing, length = FLOW_SPACING * unit, FLOW_LENGTH * unit
-        for line in streamlines(layout.camera, params, layout.size, spacing, length):
+        for line in streamlines(layout, FLOW_SPACING * unit, FLOW_LENGTH * unit):
             paint_streamline(canvas, line, unit)
-    if params.walls is not None:
-        paint_walls(canvas, layout, params.walls)
+    if walls is not None:
+        paint_walls(canvas, layout, walls)
 
 
 def paint_grid(canvas: Canvas, layout: Layout) -> None:
@@ -67,24 +65,13 @@ def paint_walls(canvas: Canvas, layout: Layout, half_width: float) -> None:
             canvas.fill(camera.pixels(side), colour)
 
 
-def streamlines(
-    camera: Camera,
-    params: WaterParams,
-    size: tuple[int, int],
-    spacing: float,
-    length: float,
-    steps: int = 10,
-) -> Float:
+def streamlines(layout: Layout, spacing: float, length: float, steps: int = 10) -> Float:
     """Returns streamlines (n, steps + 1, 2) px all over a frame, as long as the water is fast.
 
-    Args:
-        camera: the camera of the frame.
-        params: water with a current.
-        size: (width, height) of the frame, px.
-        spacing: distance between the middles of neighbouring lines, px.
-        length: length of a line where the water flows at ``current_speed``, px.
-        steps: steps of the integration.
+    The middles of neighbours are ``spacing`` px apart; a line is ``length`` px long where the
+    water flows at ``current_speed``, and is integrated in some steps.
     """
+    camera, params, size = layout.camera, layout.params.water, layout.size
     rows = np.arange(0.0, size[1] + spacing, spacing * math.sqrt(0.75))
     columns = np.arange(0.0, size[0] + spacing, spacing)
     shift = np.where(np.arange(len(rows)) % 2, spacing / 2, 0.0)

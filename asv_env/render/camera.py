@@ -86,9 +86,8 @@ def _around(*points: complex) -> Box:
 class Trail:
     """Past positions of the bodies in an episode, thinned so that they stay quick to draw.
 
-    Args:
-        spacing: distance that some body has to move before a new point is kept, m.
-        limit: number of points at which every other one is dropped.
+    A new point is kept once some body has moved by ``spacing`` m; at ``limit`` points every other
+    one is dropped.
     """
 
     def __init__(self, spacing: float, limit: int) -> None:

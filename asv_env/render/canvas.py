@@ -17,11 +17,9 @@ FINE = 2  #: pixels of a canvas per pixel of the frame: scaling it down smooths 
 
 
 class Canvas:
-    """A surface finer than the frame. Points are (n, 2) pixels of the frame, widths px.
+    """A surface finer than the frame, ``size`` = (width, height) px; letters are ``text`` px high.
 
-    Args:
-        size: (width, height) of the frame, px.
-        text: height of the letters, px.
+    Points are (n, 2) pixels of the frame, widths px.
     """
 
     def __init__(self, size: tuple[int, int], text: int) -> None:

@@ -53,6 +53,9 @@ class Feature:
     columns: tuple[str, ...] = ()
 
 
+Features = tuple[Feature, ...]
+
+
 def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:
     """Returns a feature of one column, ``value`` / ``scale`` clipped to +-``bound``."""
     return Feature(name, value, (scale,), (bound,), (name,))
@@ -110,22 +113,20 @@ FEATURES: Registry[Feature] = Registry("feature", {one.name: one for one in DEFA
 """Features by name, in the order in which they are observed by default."""
 
 
-def features(params: EnvParams) -> tuple[Feature, ...]:
-    """Returns the features that the boats of an environment observe.
-
-    Raises:
-        ValueError: an unknown name, or none.
-    """
-    return DEFAULT if params.observation is None else chosen(params.observation)
+def features(params: EnvParams) -> Features:
+    """Returns the features that the boats of an environment observe."""
+    return chosen(params.observation)
 
 
 @lru_cache(maxsize=32)
-def chosen(names: tuple[str | Feature, ...]) -> tuple[Feature, ...]:
-    """Returns features from names or features, in their order.
+def chosen(names: tuple[str | Feature, ...] | None) -> Features:
+    """Returns features from names or features, in their order; with None all built-in ones.
 
     Raises:
         ValueError: an unknown name, a column twice, or none at all.
     """
+    if names is None:
+        return DEFAULT
     found = tuple(FEATURES.find(one) for one in names)
     columns = column_names(found)
     if not columns or len(set(columns)) < len(columns):
@@ -133,13 +134,13 @@ def chosen(names: tuple[str | Feature, ...]) -> tuple[Feature, ...]:
     return found
 
 
-def column_names(features: tuple[Feature, ...]) -> tuple[str, ...]:
+def column_names(features: Features) -> tuple[str, ...]:
     """Returns the names (K,) of the columns of features."""
     return tuple(name for one in features for name in one.columns or (one.name,))
 
 
 @lru_cache(maxsize=32)
-def bounds(features: tuple[Feature, ...]) -> Observation:
+def bounds(features: Features) -> Observation:
     """Returns the largest magnitudes (K,) of the columns of features, float32."""
     return np.array([bound for one in features for bound in one.bound], dtype=np.float32)
 
@@ -149,18 +150,14 @@ BOUND = bounds(DEFAULT)  #: (K,) largest magnitudes of the columns of the defaul
 
 
 def observe(
-    features: tuple[Feature, ...],
-    sensed: Sensed,
-    relations: Relations,
-    occupied: Bool,
-    params: EnvParams,
+    features: Features, sensed: Sensed, relations: Relations, occupied: Bool, params: EnvParams
 ) -> Observation:
     """Returns some features (W, A, K) of what is sensed, float32, within their bounds.
 
     ``relations`` are those of ``sensed.estimate``, and ``occupied`` (W, A) tells which boats
     occupy their slots by them.
     """
-    view = View.of(sensed, relations, occupied, params)
+    view = View(sensed, relations, occupied, params)
     bound = bounds(features)
     values = np.zeros((*sensed.slot.shape, len(bound)))
     column = 0
@@ -181,6 +178,6 @@ def observe(
 
 
 @lru_cache(maxsize=32)
-def _per_scale(features: tuple[Feature, ...], length: float) -> Float:
+def _per_scale(features: Features, length: float) -> Float:
     """Returns the factors (K,) on the columns for a vessel of this length, m."""
     return 1.0 / np.array([scale or length for one in features for scale in one.scale])

@@ -1,47 +1,33 @@
 """The world as the boats see it, from which features are computed; the nearest boats among it."""
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Self
 
 import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Complex, Float, Sensed
+from asv_env.types import Bool, Float, Sensed
 
 NEIGHBOURS = 4  #: number of boats that a boat observes
 
 
-@dataclass
 class View:
-    """What features are computed from."""
+    """What features are computed from; see ``observation.observe``."""
 
-    sensed: Sensed  #: what the boats measure
-    relations: Relations  #: relations of the estimate
-    to_boat: Complex  #: (W, A) factors that turn vectors of the world into the boats' frames
-    to_vessel: Complex  #: (W, 1) factors that turn vectors of the world into the vessel's frame
-    slot: Complex  #: (W, A) vector from each boat to its slot, in the boat's frame, m
-    slots_occupied: Float  #: (W,) fraction of the working boats that occupy their slots
-    inverse_team: Float  #: (W,) one over the number of working boats
-    inverse_length: Float  #: (1, 1) one over the vessel's length, 1/m
-
-    @classmethod
-    def of(cls, sensed: Sensed, relations: Relations, occupied: Bool, params: EnvParams) -> Self:
-        """Returns the view of all boats; see ``observation.observe``."""
-        heading = relations.heading
-        to_boat = heading[:, 1:].conj()
-        working = np.add.reduce(sensed.working, axis=1)
-        return cls(
-            sensed,
-            relations,
-            to_boat,
-            heading[:, :1].conj(),
-            relations.slot_gap * (heading[:, :1] * to_boat),
-            np.add.reduce(occupied & sensed.working, axis=1) / working,
-            1.0 / working,
-            np.full((1, 1), 1.0 / params.vessel.length),
-        )
+    def __init__(
+        self, sensed: Sensed, relations: Relations, occupied: Bool, params: EnvParams
+    ) -> None:
+        heading, working = relations.heading, np.add.reduce(sensed.working, axis=1)
+        self.sensed = sensed  #: what the boats measure
+        self.relations = relations  #: relations of the estimate
+        #: (W, A) and (W, 1) factors that turn vectors of the world into the hulls' frames
+        self.to_boat, self.to_vessel = heading[:, 1:].conj(), heading[:, :1].conj()
+        #: (W, A) vector from each boat to its slot, in the boat's frame, m
+        self.slot = relations.slot_gap * (heading[:, :1] * self.to_boat)
+        #: (W,) fraction of the working boats that occupy their slots
+        self.slots_occupied: Float = np.add.reduce(occupied & sensed.working, axis=1) / working
+        self.inverse_team: Float = 1.0 / working  #: (W,) one over the number of working boats
+        self.inverse_length = np.full((1, 1), 1.0 / params.vessel.length)  #: 1/m
 
 
 def nearest_boats(view: View) -> Float:
@@ -54,7 +40,7 @@ def nearest_boats(view: View) -> Float:
     worlds, team = position.shape
     count = min(NEIGHBOURS, team - 1)
     distance = np.abs(position[:, None, :] - position[:, :, None]) + _not_itself(team)
-    nearest = _smallest(distance, count) + _first_boats(worlds, team)
+    nearest = _smallest(distance, count) + (team * np.arange(worlds))[:, None, None]
     values = np.zeros((worlds, team, NEIGHBOURS, 5))
     seen = values[:, :, :count]
     vectors = seen[..., :4].view(np.complex128)
@@ -69,12 +55,6 @@ def nearest_boats(view: View) -> Float:
 def _not_itself(team: int) -> Float:
     """Returns (A, A) infinity on the diagonal, so that no boat is its own neighbour."""
     return np.where(np.eye(team, dtype=bool), np.inf, 0.0)
-
-
-@lru_cache(maxsize=8)
-def _first_boats(worlds: int, team: int) -> np.ndarray:
-    """Returns (W, 1, 1) the row of each world's first boat among all boats."""
-    return (team * np.arange(worlds))[:, None, None]
 
 
 def _smallest(values: Float, count: int) -> np.ndarray:

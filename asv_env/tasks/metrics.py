@@ -1,7 +1,5 @@
 """Metrics of episodes, accumulated tick by tick from the true state."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from asv_env.geometry import plane
@@ -12,35 +10,24 @@ from asv_env.types import Bool, Ending, Float, Int, State
 NEVER = -1  #: tick of an event that has not come
 
 
-@dataclass
 class Tallies:
-    """Running totals of the episodes, by world."""
+    """Running totals of the episodes, by world, as they are at the beginning."""
 
-    closure_tick: Int  #: (W,) at which closure was first formed, or NEVER
-    arrival_tick: Int  #: (W, A) at which each boat first occupied its slot, or NEVER
-    closure_lost: Int  #: (W,) number of times that closure was lost
-    min_position_error: Float  #: (W,) smallest distance of the vessel to its goal, m
-    heading_error_at_min: Float  #: (W,) signed heading error at that instant, rad
-    path_length: Float  #: (W,) length of the path of the vessel's centre, m
-    effort: Float  #: (W,) time at full thrust, averaged over all motors, s
-    collisions: Int  #: (W,) number of times that a boat began to touch a boat or a wall
-    episode_return: Float  #: (W,) sum over the ticks of the boats' mean reward
-
-
-def fresh(relations: Relations, state: State) -> Tallies:
-    """Returns the totals at the beginning of episodes."""
-    worlds, team = relations.boat.shape
-    return Tallies(
-        closure_tick=np.where(state.closed, state.tick, NEVER),
-        arrival_tick=np.full((worlds, team), NEVER),
-        closure_lost=np.zeros(worlds, dtype=np.int64),
-        min_position_error=relations.goal_error.copy(),
-        heading_error_at_min=relations.heading_error.copy(),
-        path_length=np.zeros(worlds),
-        effort=np.zeros(worlds),
-        collisions=np.zeros(worlds, dtype=np.int64),
-        episode_return=np.zeros(worlds),
-    )
+    def __init__(self, relations: Relations, state: State) -> None:
+        worlds, team = relations.boat.shape
+        #: (W,) tick at which closure was first formed, or NEVER
+        self.closure_tick: Int = np.where(state.closed, state.tick, NEVER)
+        #: (W, A) tick at which each boat first occupied its slot, or NEVER
+        self.arrival_tick: Int = np.full((worlds, team), NEVER)
+        self.closure_lost = np.zeros(worlds, dtype=np.int64)  #: (W,) times that closure was lost
+        #: (W,) smallest distance of the vessel to its goal, m, and signed heading error there, rad
+        self.min_position_error = relations.goal_error.copy()
+        self.heading_error_at_min = relations.heading_error.copy()
+        self.path_length = np.zeros(worlds)  #: (W,) length of the path of the vessel's centre, m
+        self.effort = np.zeros(worlds)  #: (W,) time at full thrust, averaged over all motors, s
+        #: (W,) number of times that a boat began to touch a boat or a wall
+        self.collisions = np.zeros(worlds, dtype=np.int64)
+        self.episode_return = np.zeros(worlds)  #: (W,) sum over the ticks of the boats' mean reward
 
 
 def restart_errors(tally: Tallies, relations: Relations, index: np.ndarray) -> None:
