@@ -4,8 +4,8 @@ Axes: ``W`` worlds, ``A`` boats, ``B = 1 + A`` bodies (row 0 is the vessel), ``K
 SI units; headings in radians, counter-clockwise from +x, wrapped to (-pi, pi].
 """
 
-from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,14 @@ Action = NDArray[np.float32]
 Observation = NDArray[np.float32]
 Frame = NDArray[np.uint8]  #: a picture (height, width, 3), red, green and blue
 
+DTYPES: dict[Any, Any] = {Float: np.float64, Complex: np.complex128, Int: np.int64, Bool: np.bool_}
 Record = TypeVar("Record")
+
+
+def zeros(kind: type[Record], *shapes: tuple[int, ...]) -> Record:
+    """Returns a record of zeros whose arrays have these shapes, in the order of its fields."""
+    pairs = zip(fields(cast(Any, kind)), shapes, strict=True)
+    return kind(*(np.zeros(shape, DTYPES[field.type]) for field, shape in pairs))
 
 
 def rows(record: Record, index: Any) -> Record:

@@ -29,14 +29,7 @@ from baselines.paper.arc_following import follow_arcs, plan_arcs, push_steering
 from baselines.paper.coasting import coasting_speed
 from baselines.paper.inputs import finite, positive
 from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, IN_RANGE, MEAN_SPEEDS, PaperGains
-from baselines.paper.steering import (
-    Assignment,
-    Memory,
-    Steering,
-    approach_steering,
-    blank_memory,
-    nearest,
-)
+from baselines.paper.steering import Assignment, Memory, Steering, approach_steering, nearest
 from baselines.paper.wheel_commands import WheelCommands
 
 
@@ -76,7 +69,7 @@ class PaperPolicy:
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
-        blank = blank_memory(*sensed.slot.shape)
+        blank = Memory.blank(*sensed.slot.shape)
         memory = blank if memory is None else copied(memory)
         put_rows(memory, fresh, rows(blank, fresh))
         flip = np.where(sensed.side < 0, -1.0, 1.0)

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from asv_env.geometry import xy
 from asv_env.tasks.formation import Relations, assign
-from asv_env.types import Bool, Complex, Float, Int
+from asv_env.types import Bool, Complex, Float, Int, zeros
 from baselines.paper import braitenberg
 from baselines.paper.paper_numbers import PaperGains
 from baselines.paper.spiral import angular_distance, approach_speed, arc_length, bearing_offset
@@ -36,23 +36,14 @@ class Memory:
     last_position: Complex  #: (W,) position of the vessel at the last tick, m
     wheels: Float  #: (W, A, 2) left and right wheel speed commanded at the last tick, m/s
 
-
-def blank_memory(worlds: int, team: int) -> Memory:
-    """Returns the memory at the start of episodes: no targets, no arcs, the wheels at rest."""
-    return Memory(
-        target=np.full((worlds, team), np.nan, dtype=np.complex128),
-        turn_direction=np.zeros((worlds, team), dtype=np.int64),
-        pushing=np.zeros(worlds, dtype=np.bool_),
-        motors_off=np.zeros(worlds, dtype=np.bool_),
-        goal=np.zeros(worlds, dtype=np.complex128),
-        centre=np.full((worlds, 2), FAR_AWAY, dtype=np.complex128),
-        rho=np.full((worlds, 2), FAR_AWAY),
-        length=np.zeros((worlds, 2)),
-        arc=np.zeros(worlds, dtype=np.int64),
-        travelled=np.zeros(worlds),
-        last_position=np.zeros(worlds, dtype=np.complex128),
-        wheels=np.zeros((worlds, team, 2)),
-    )
+    @classmethod
+    def blank(cls, worlds: int, team: int) -> Self:
+        """Returns the memory at the start of episodes: no targets, no arcs, the wheels at rest."""
+        each, boats, arcs = (worlds,), (worlds, team), (worlds, 2)
+        shapes = boats, boats, each, each, each, arcs, arcs, arcs, each, each, each, (*boats, 2)
+        memory = zeros(cls, *shapes)
+        memory.target[:], memory.centre[:], memory.rho[:] = np.nan, FAR_AWAY, FAR_AWAY
+        return memory
 
 
 def nearest(boat: Complex, slot: Complex, working: Bool, last: Complex) -> Complex:

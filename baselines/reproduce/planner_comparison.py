@@ -201,12 +201,10 @@ def _paired(episodes: dict[str, list[dict[str, Any]]]) -> dict[str, dict[str, li
 
 
 def _lengths_in_words(lengths: dict[str, dict[str, list[float | None]]]) -> list[str]:
-    sentences = []
-    for radius, by_choice in lengths.items():
-        for name, ratios in by_choice.items():
-            known = [ratio for ratio in ratios if ratio is not None]
-            sentences.append(
-                f"{name}, radius >= {radius} m: {len(known) / len(ratios):.1%} of {len(ratios)} "
-                f"goals, median length {np.median(known):.3g} Dubins lengths"
-            )
-    return sentences
+    return [
+        f"{name}, radius >= {radius} m: {len(known) / len(ratios):.1%} of {len(ratios)} goals, "
+        f"median length {np.median(known):.3g} Dubins lengths"
+        for radius, by_choice in lengths.items()
+        for name, ratios in by_choice.items()
+        for known in [[ratio for ratio in ratios if ratio is not None]]
+    ]

@@ -13,7 +13,7 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Complex, Float, Int, Sensed
+from asv_env.types import Bool, Complex, Float, Int, Sensed, zeros
 from baselines.scripted.gains import GraspGains
 
 MAX_SLOPE = 1.0  #: largest slope of a docking boat's path to the line of its slot
@@ -38,10 +38,8 @@ class GraspMemory:
     @classmethod
     def empty(cls, worlds: int, team: int) -> Self:
         """Returns memory to be filled when an approach begins."""
-        zeros, slot = np.zeros((worlds, team)), np.zeros((worlds, team), dtype=np.complex128)
-        turns, astern = zeros.astype(np.int64), zeros.astype(np.bool_)
-        descending = np.zeros(worlds, dtype=np.bool_)
-        return cls(slot, turns, np.zeros(worlds), descending, astern, slot.copy())
+        boats = worlds, team
+        return zeros(cls, boats, boats, (worlds,), (worlds,), boats, boats)
 
 
 class Docking:

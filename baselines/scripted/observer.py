@@ -15,7 +15,7 @@ from scipy.linalg import solve_discrete_are
 from asv_env.geometry import plane
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.sensing.sensors import corrected, steady_gain
-from asv_env.types import Bool, Complex, Float, Sensed
+from asv_env.types import Bool, Complex, Float, Sensed, zeros
 from baselines.paper.coasting import drag
 
 ACCELERATION = 0.01  #: standard deviation of the acceleration not predicted, m/s^2
@@ -38,8 +38,7 @@ class VesselMemory:
     @classmethod
     def empty(cls, worlds: int) -> Self:
         """Returns memory to be filled by ``VesselObserver.restart``."""
-        zero = np.zeros(worlds, dtype=np.complex128)
-        return cls(np.zeros((worlds, 6)), zero, zero.copy(), np.zeros(worlds))
+        return zeros(cls, (worlds, 6), (worlds,), (worlds,), (worlds,))
 
 
 class VesselObserver:

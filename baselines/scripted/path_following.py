@@ -13,7 +13,7 @@ import numpy as np
 from asv_env.geometry import direction, wrap
 from asv_env.params import NOMINAL_LENGTH, VesselParams
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Complex, Float
+from asv_env.types import Bool, Complex, Float, zeros
 from baselines.paper.arcs import ArcPath
 from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.lqr import PreviewLqr
@@ -39,8 +39,8 @@ class PathMemory:
     @classmethod
     def empty(cls, worlds: int) -> Self:
         """Returns memory to be filled by ``PathFollower.plan``."""
-        segments, replan = np.zeros((worlds, SEGMENTS)), np.zeros(worlds, dtype=np.bool_)
-        return cls(np.zeros((worlds, 3)), segments, segments.copy(), np.zeros(worlds), replan)
+        segments = worlds, SEGMENTS
+        return zeros(cls, (worlds, 3), segments, segments, (worlds,), (worlds,))
 
 
 class PathFollower:
