@@ -75,7 +75,9 @@ def stuck(tmp_path):
     """A process whose two workers are busy for ever, and a folder with their identities."""
     script = textwrap.dedent(
         """
-        import os, pathlib, sys, time
+        import os, pathlib, signal, sys, time
+        # A background job ignores Ctrl-C, and what it starts does too.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         sys.path.insert(0, sys.argv[1])
         from test_workers import Idle, job, workers
 
