@@ -10,9 +10,10 @@ from baselines.paper import pushing, two_arc
 from baselines.paper.paper_numbers import IN_RANGE, PaperGains
 from baselines.paper.steering import Memory, Steering
 
-CURVATURES = (1e-6, 1e3)
-"""Bounds of the curvature, 1/m: the centre of a straight is far away, a turn on the spot a small
-circle."""
+CURVATURES = (
+    1e-6,
+    1e3,
+)  #: bounds of the curvature, 1/m, for straights and turns on the spot
 
 
 def plan_arcs(relations: Relations, new: Bool, alpha1: float, memory: Memory) -> None:

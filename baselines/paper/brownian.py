@@ -11,9 +11,10 @@ counter-clockwise. A number out of range or not finite raises ValueError.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from asv_env.types import Float
+from baselines.paper.braitenberg import turn_direction as shorter_turn
 from baselines.paper.inputs import finite, not_negative, positive, turn_directions
 from baselines.paper.spiral import angular_distance
 
@@ -68,10 +69,10 @@ def simulate(
     spread_alpha = not_negative("noise_alpha", noise_alpha) * np.sqrt(dt)
     r, alpha = positive("r0", r0), finite("alpha0", alpha0)
     r, alpha, _, _ = np.broadcast_arrays(r, alpha, speed, sigma)
-    latched = _shorter_turn(alpha)
+    latched = shorter_turn(np.cos(alpha), 0.0)
     history = [(r, alpha)]
     for _ in range(round(duration / dt)):
-        turn = np.where(np.sin(alpha) > 0, _shorter_turn(alpha), latched)
+        turn = np.where(np.sin(alpha) > 0, shorter_turn(np.cos(alpha), 0.0), latched)
         bounded = np.maximum(r, stop_radius)
         dr, dalpha = drift(bounded, alpha, turn, speed, sigma, unit_speed)
         step_r = dr * dt + spread_r * rng.standard_normal(r.shape)
@@ -82,7 +83,3 @@ def simulate(
         history.append((r, alpha))
     r, alpha = (np.stack(values) for values in zip(*history, strict=True))
     return np.multiply(dt, np.arange(len(r)), dtype=np.float64), r, alpha
-
-
-def _shorter_turn(alpha: Float) -> NDArray[np.int_]:
-    return np.where(np.cos(alpha) >= 0, 1, 0)

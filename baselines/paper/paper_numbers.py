@@ -6,13 +6,17 @@ ARRIVAL_TIME = {"tracking": 80.0, "thrusters": 30.0}
 """T_goal of the paper's experiment and of its simulation, s, for a vessel of 0.40 m."""
 IN_RANGE = 0.20  #: distance of the vessel to the goal at which the motors are turned off, m
 MEAN_SPEEDS = (0.02, 0.10)  #: bounds of the vessel's mean speed, m/s, whatever its drag
-PAPER_GOAL = (0.55, -0.95, 0.1)
-"""Goal pose of the paper's experiment, relative to the vessel at closure, m, m, rad."""
+PAPER_GOAL = (
+    0.55,
+    -0.95,
+    0.1,
+)  #: goal of the experiment from the vessel at closure, m, m, rad
 PAPER_TRIALS = 12  #: number of trials of the paper's experiment in the tank, Sec. IV-B
-PAPER_POSITION = (4.88, 1.8)
-"""Mean and standard deviation over the trials of the smallest distance to the goal, cm."""
-PAPER_HEADING = (-0.26, 0.44)
-"""Mean and standard deviation over the trials of the heading error at that instant, rad."""
+PAPER_POSITION = (
+    4.88,
+    1.8,
+)  #: mean and standard deviation of the smallest distance to the goal, cm
+PAPER_HEADING = (-0.26, 0.44)  #: those of the heading error at that instant, rad
 
 
 @dataclass(frozen=True)

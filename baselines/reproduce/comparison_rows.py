@@ -8,10 +8,8 @@ import numpy as np
 from asv_env.types import Float
 from baselines.evaluate import statistics
 
-Column = Sequence[float | None]
-"""Values of a measure, one an episode; None where it does not apply."""
-Values = Mapping[str, Mapping[str, Column]]
-"""Values by condition and measure."""
+Column = Sequence[float | None]  #: values of a measure by episode; None where it does not apply
+Values = Mapping[str, Mapping[str, Column]]  #: values by condition and measure
 RATES = ("delivered", "closure reached")  #: measures that are 1 for a success and 0 for a failure
 
 

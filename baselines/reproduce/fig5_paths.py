@@ -81,10 +81,8 @@ def feasibility(job: Job) -> Figure:
     looks: dict[str, Any] = {"cmap": f"{style.MAP}_r", "rasterized": True, "norm": norm}
     for column, (heading, text) in enumerate(HEADINGS):
         goals = grid(heading)
-        shortest = dubins.length(goals, least)
-        for row, path in enumerate((two_arc.plan(goals, ALPHA1), two_arc.shortest(goals, least))):
+        for row, ratio in enumerate(ratios(goals, least).values()):
             panel = axes[row * len(HEADINGS) + column]
-            ratio = np.where(two_arc.feasible(path, least), path.total_length / shortest, np.nan)
             panel.set_facecolor(palette.PALE)
             cells = panel.pcolormesh(goals[..., 0], goals[..., 1], ratio, **looks)
             sketch.hull(panel, params.vessel, np.zeros(3), fc="none", lw=0.5)
@@ -107,18 +105,21 @@ def grid(heading: float) -> Float:
     return np.stack([x, y, np.full_like(x, heading)], axis=-1)
 
 
-def lengths(goals: Float, min_radius: float) -> dict[str, Any]:
-    """Returns ratios (n,) of the length to that of Dubins: alpha_1 = 1, and the shortest arcs.
+def ratios(goals: Float, min_radius: float) -> dict[str, Float]:
+    """Returns ratios (...) of the length to that of Dubins: alpha_1 = 1, and the shortest arcs.
 
-    Goals (n, 3) are in the vessel's frame, m, m, rad; no heading is exactly 0. A ratio is None
+    Goals (..., 3) are in the vessel's frame, m, m, rad; no heading is exactly 0. A ratio is NaN
     where a radius is below the minimum, m.
     """
-    shortest = dubins.length(goals, min_radius)
-    ratios = {}
-    for name, path in (
-        ("alpha1 = 1", two_arc.plan(goals, ALPHA1)),
-        ("alpha1 chosen", two_arc.shortest(goals, min_radius)),
-    ):
-        pairs = zip(path.total_length / shortest, two_arc.feasible(path, min_radius), strict=True)
-        ratios[name] = [float(ratio) if able else None for ratio, able in pairs]
-    return ratios
+    arcs = two_arc.plan(goals, ALPHA1), two_arc.shortest(goals, min_radius)
+    shortest, names = dubins.length(goals, min_radius), ("alpha1 = 1", "alpha1 chosen")
+    return {
+        name: np.where(two_arc.feasible(path, min_radius), path.total_length / shortest, np.nan)
+        for name, path in zip(names, arcs, strict=True)
+    }
+
+
+def lengths(goals: Float, min_radius: float) -> dict[str, list[float | None]]:
+    """Returns ``ratios`` as lists (n,), with None for NaN."""
+    found = ratios(goals, min_radius)
+    return {name: [None if np.isnan(r) else float(r) for r in f] for name, f in found.items()}

@@ -17,10 +17,8 @@ from baselines.reproduce.fig1_2_definitions import ALPHA1
 from baselines.reproduce.paper_environments import experiment, run, simulation
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
-VARIANCE = 0.05
-"""Variance of the paper's noise, which has no unit there: rad^2 for angles, cm^2 for x and y."""
-GOALS = (PAPER_GOAL, (0.6, 0.7, -1.6))
-"""Goals of Fig. 7, m, m, rad: one below the vessel and one in y > 0."""
+VARIANCE = 0.05  #: of the paper's noise, without a unit there: rad^2 for angles, cm^2 for x and y
+GOALS = (PAPER_GOAL, (0.6, 0.7, -1.6))  #: of Fig. 7, m, m, rad: one below the vessel, one in y > 0
 PER_SECOND = 5  #: number of poses that are kept of a log in each second
 
 

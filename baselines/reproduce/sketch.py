@@ -87,7 +87,6 @@ def angle(
     radius: float,
     name: str,
     colour: str = palette.BLACK,
-    gap: float = 0.05,
 ) -> None:
     """Draws an angle, an arc with an arrow from one direction by a signed turn, and its name."""
     x, y = np.asarray(centre, dtype=np.float64)
@@ -95,7 +94,7 @@ def angle(
     axes.plot(x + radius * np.cos(along), y + radius * np.sin(along), color=colour, lw=0.8)
     last = np.stack([x + radius * np.cos(along[-6:]), y + radius * np.sin(along[-6:])], axis=-1)
     arrow(axes, last[0], last[-1], color=colour, lw=0.0, mutation_scale=6.0)
-    middle, reach = start + turn / 2, radius + gap
+    middle, reach = start + turn / 2, radius + 0.05
     label(axes, (x + reach * np.cos(middle), y + reach * np.sin(middle)), name, colour)
 
 

@@ -23,8 +23,7 @@ from baselines.scripted.observer import VesselMemory
 
 MIN_SPEED = 0.02  #: least speed on the path to the waypoint, m/s
 MAX_SIDESTEP = 0.5  #: limit of the step aside from a failed boat, fraction of the slot's tolerance
-STARBOARD = np.exp(0.8j)
-"""Turn of the velocity by which boats avoid each other, so that no two hold each other up."""
+STARBOARD = np.exp(0.8j)  #: turn of the velocity of avoidance, so that no two boats get stuck
 TINY = 1e-9  #: floor of the distance between boats, m
 
 
