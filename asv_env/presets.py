@@ -35,8 +35,7 @@ SCENARIOS: Registry[Overrides] = Registry(
         "failure": {"variation": {"failures": 1}},
         "harsh": {"sensors": NOISE, "water": GYRE, "variation": {**MISMATCH, "failures": 1}},
     },
-)
-"""What disturbs the world, by name."""
+)  #: disturbances, by name
 HULLS: Registry[Mapping[str, Any]] = Registry("hull", {"nominal": {}, "no-fins": {"fins": 0.0}})
 """Hulls by name, for the options ``vessel`` and ``boat``."""
 
@@ -57,14 +56,12 @@ PRESETS: Registry[Overrides] = Registry(
         },
         "tank": {"water": {"walls": 1.5}, "task": TANK},
     },
-)
-"""Worlds, by name."""
+)  #: worlds, by name
 DEFAULT_TEAM = {"paper_simulation": 10}  #: numbers of boats, by preset; 4 elsewhere
 
 SECTIONS: dict[str, Any] = {
     f.name: f.default_factory for f in fields(EnvParams) if f.default_factory is not MISSING
-}
-"""Classes of the sections of parameters, by name."""
+}  #: classes of the sections of parameters, by name
 TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
 
 

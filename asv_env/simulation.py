@@ -281,10 +281,7 @@ class Simulation:
         metrics.restart_errors(self._tally, self.relations, np.flatnonzero(anchors))
 
     def _restart(self, index: np.ndarray) -> None:
-        """Derives again what depends on slots and goals, in worlds where they have changed.
-
-        The potentials are those after the change, which itself earns no reward.
-        """
+        """Derives again what depends on slots and goals, so that their change earns no reward."""
         state = rows(self.state, index)
         relations = _relations(state)
         put_rows(self.relations, index, relations)

@@ -149,5 +149,4 @@ def team_mean(values: Float) -> Float:
 
     All adapters use this one formula, so that they agree to the bit.
     """
-    mean: Float = np.add.reduce(values, axis=1) / values.shape[1]
-    return mean
+    return np.add.reduce(values, axis=1) / values.shape[1]

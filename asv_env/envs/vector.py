@@ -188,11 +188,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
 
 
 def _masked(values: Mapping[str, Any], mask: Bool) -> dict[str, Any]:
-    """Returns infos of the worlds in a mask (W,), in the format of Gymnasium's vector environments.
-
-    Each of the arrays (W,), or mappings of arrays, by name is zero where there is none, and has
-    its mask under the name with "_" before it.
-    """
+    """Returns values (W,) by name, zero outside a mask (W,), with their masks as Gymnasium does."""
     infos: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, Mapping):

@@ -1,7 +1,7 @@
 """Floating hulls: size, mass, drag, thrust."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 from asv_env import geometry
 from asv_env.checks import TINY, check_numbers, check_pair
@@ -55,16 +55,11 @@ class HullParams:
 
     def linearised(self, speed: float, yaw_rate: float) -> Self:
         """Returns the hull with linear drag, that of the full one at a speed, m/s, and yaw rate."""
-
-        def linear(pair: tuple[float, float], at: float) -> tuple[float, float]:
-            return (pair[0] + pair[1] * at, 0.0)
-
-        return replace(
-            self,
-            surge=linear(self.surge, speed),
-            sway=linear(self.sway, speed),
-            yaw=linear(self.yaw, yaw_rate),
-        )
+        linear: dict[str, Any] = {}
+        for axis, at in (("surge", speed), ("sway", speed), ("yaw", yaw_rate)):
+            slope, curvature = getattr(self, axis)
+            linear[axis] = (slope + curvature * at, 0.0)
+        return replace(self, **linear)
 
 
 @dataclass(frozen=True)

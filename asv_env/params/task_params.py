@@ -69,18 +69,11 @@ class TaskParams:
 
     def scaled(self, factor: float) -> Self:
         """Returns the task for a vessel ``factor`` times as long: distances and time scale."""
-
-        def times(pair: tuple[float, float]) -> tuple[float, float]:
-            return pair[0] * factor, pair[1] * factor
-
-        return replace(
-            self,
-            goal_distance=times(self.goal_distance),
-            start_distance=times(self.start_distance),
-            arena=self.arena * factor,
-            time_limit=self.time_limit * factor,
-            position_tolerance=self.position_tolerance * factor,
-        )
+        sizes = ("arena", "time_limit", "position_tolerance")
+        scaled: dict[str, Any] = {name: getattr(self, name) * factor for name in sizes}
+        for name in ("goal_distance", "start_distance"):
+            scaled[name] = tuple(distance * factor for distance in getattr(self, name))
+        return replace(self, **scaled)
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ WRENCH = BodyFields.FORCE | BodyFields.TORQUE
 CONTACT = ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.CONTACT_COUNT
 READER, WRITER = "pmSpaceBodyGetIteratorFuncBatched", "pmSpaceBodySetIteratorFuncBatched"
 WALL_THICKNESS = 0.5  #: thickness of a wall, m
-CELLS_PER_BODY = 200
-"""Size of the spatial hash table over the bodies of one world; enough for some hundred worlds."""
+CELLS_PER_BODY = 200  #: size of the spatial hash table; enough for some hundred worlds
 
 
 class _Transfer:

@@ -13,8 +13,7 @@ from asv_env.types import Frame
 SUFFIXES = (".gif", ".mp4")
 FASTEST_GIF = 50  #: most frames per second that viewers play of a GIF
 SAMPLES = 12  #: number of frames from which the palette of a GIF is made
-RARITY = 0.5
-"""Power of a colour's number of pixels that is its weight: with 1 the palette were mostly water."""
+RARITY = 0.5  #: power of a colour's pixels that is its weight; with 1 most colours were of water
 COLOURS = 255  #: number of colours in the palette; one more stands for pixels that do not change
 QUALITY = 20  #: constant rate factor of H.264: 18 looks like the original, 28 is coarse
 

@@ -31,6 +31,7 @@ LENGTH = None  #: scale of features in vessel lengths
 Value = Callable[[View], np.ndarray]
 """Function from a view to (W, A) or (W, 1): real for one column, complex x + iy for two; or to
 (W, A, n) for n columns."""
+Features = tuple["Feature", ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +52,6 @@ class Feature:
     scale: tuple[float | None, ...]
     bound: tuple[float, ...]
     columns: tuple[str, ...] = ()
-
-
-Features = tuple[Feature, ...]
 
 
 def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:
@@ -107,8 +105,7 @@ DEFAULT = (
             for name in ("x", "y", "vx", "vy", "present")
         ),
     ),
-)
-"""Features that are observed by default."""
+)  #: features that are observed by default
 FEATURES: Registry[Feature] = Registry("feature", {one.name: one for one in DEFAULT})
 """Features by name, in the order in which they are observed by default."""
 

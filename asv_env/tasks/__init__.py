@@ -1,8 +1,6 @@
 """What is to be done: initial states, reward, termination, metrics.
 
-``task`` says what a task is. The built-in ones are made of the functions in ``starts``, ``reward``,
-``termination`` and ``metrics``.
-``formation`` relates vessel, boats, slots and goal.
+``task`` says what a task is; the built-in ones are made of the functions of the other modules.
 """
 
 from asv_env.registry import Registry

@@ -15,12 +15,10 @@ from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Ending, Float, State
 
-HEADING_WEIGHT = 0.25
-"""Distance that costs as much as a turn of the vessel by 1 rad, m at the nominal size."""
+HEADING_WEIGHT = 0.25  #: cost of a turn of the vessel by 1 rad, m at the nominal size
 SIDEWAYS = 4.0  #: cost of a metre that the vessel moves without turning first, m
 GAUSSIAN = (0.08, 0.2)  #: width of the Gaussian of precision, m at the nominal size and rad
-NARROW_GAUSSIAN = (0.02, 0.05)
-"""Width of the Gaussian of a delivery's accuracy, m at the nominal size and rad."""
+NARROW_GAUSSIAN = (0.02, 0.05)  #: width of the Gaussian of a delivery's accuracy, likewise
 LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
 
 
@@ -164,8 +162,7 @@ TERMS = (
     Term("time", time),
     Term("effort", effort, shared=False),
     Term("collision", collision, shared=False),
-)
-"""All terms, as Transport has them."""
+)  #: all terms, as Transport has them
 
 
 def without(*names: str) -> tuple[Term, ...]:
