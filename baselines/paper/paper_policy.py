@@ -94,10 +94,7 @@ class PaperPolicy:
         side = np.ones(len(flip))
         boat = relate(motion, goal, slot, side).boat
         target = self._assignment(boat, slot, sensed.working, memory.target)
-        memory.turn_direction = np.where(
-            target == memory.target,
-            memory.turn_direction,
-            braitenberg.turn_direction(boat.real, target.real),
-        )
+        new = braitenberg.turn_direction(boat.real, target.real)
+        memory.turn_direction = np.where(target == memory.target, memory.turn_direction, new)
         memory.target = target
         return relate(motion, goal, target, side)

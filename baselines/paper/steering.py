@@ -78,15 +78,10 @@ def approach_steering(
     (W,) s is that to T_goal; the relations are those to the assigned targets.
     """
     alpha, distance = np.angle(-relations.slot_gap), relations.slot_error
-    speed = approach_speed(
-        arc_length(distance, angular_distance(alpha, np.pi / 2), gains.sigma),
-        time_left[:, None],
-        stop_radius=stop_radius,
-        max_speed=gains.max_speed,
-    )
-    turn_direction = braitenberg.updated_turn_direction(
-        xy(relations.boat), xy(memory.target), memory.turn_direction
-    )
+    length = arc_length(distance, angular_distance(alpha, np.pi / 2), gains.sigma)
+    speed = approach_speed(length, time_left[:, None], stop_radius, gains.max_speed)
+    boat, target = xy(relations.boat), xy(memory.target)
+    turn_direction = braitenberg.updated_turn_direction(boat, target, memory.turn_direction)
     arrived = distance < stop_radius
     alpha, speed = np.where(arrived, np.pi / 2, alpha), np.where(arrived, 0.0, speed)
     return Steering(alpha, turn_direction, bearing_offset(alpha, gains.sigma), speed)

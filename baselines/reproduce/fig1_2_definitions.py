@@ -97,9 +97,8 @@ def _draw_approach(axes: Axes, params: EnvParams) -> None:
     sketch.hull(axes, params.vessel, np.zeros(3), zorder=1)
     axes.plot(*spiral_points(radius, theta, SIGMA, turn).T, "--", color=palette.GREY)
     axes.plot([0, x], [0, y], color=palette.BLACK, lw=0.7)
-    axes.plot([0, 0.45], [0, 0], color=palette.GREY, lw=0.5)
-    axes.plot([0, 0], [0, 0.45], color=palette.GREY, lw=0.5)
-    axes.plot([x, x + 0.22], [y, y], color=palette.GREY, lw=0.5)
+    for ends in ([0, 0.45], [0, 0]), ([0, 0], [0, 0.45]), ([x, x + 0.22], [y, y]):
+        axes.plot(*ends, color=palette.GREY, lw=0.5)
     sketch.hull(axes, params.boat, pose, fc=palette.SKY)
     sketch.arrow(axes, pose[:2], sketch.ahead(pose, 0.3), color=palette.VERMILLION)
     sketch.crosses(axes, (0, 0), palette.BLUE, 6.0)

@@ -11,14 +11,8 @@ from asv_env.params import TaskParams
 from asv_env.types import Float
 from baselines.evaluate.report import palette
 from baselines.paper import brownian
+from baselines.paper import spiral as spirals
 from baselines.paper.braitenberg import desired_heading, turn_direction
-from baselines.paper.spiral import (
-    angular_distance,
-    approach_speed,
-    arc_length,
-    asymptotic_radius,
-    bearing_offset,
-)
 from baselines.reproduce import sketch, style
 from baselines.reproduce.artefact import Job
 
@@ -37,13 +31,13 @@ def radius(theta: Float, sigma: float) -> Float:
 
     Eq (5) gives r_pi for a radius, to which it is proportional.
     """
-    return 1.0 / asymptotic_radius(1.0, theta, sigma)
+    return 1.0 / spirals.asymptotic_radius(1.0, theta, sigma)
 
 
 def spiral_points(r0: float, theta0: float, sigma: float, turn: int) -> Float:
     """Returns points (n, 2) of the spiral from (r0, theta0) to the target at the origin, m."""
     theta = np.linspace(theta0, 0.0, sketch.STEPS)
-    r = radius(theta, sigma) * asymptotic_radius(r0, theta0, sigma)
+    r = radius(theta, sigma) * spirals.asymptotic_radius(r0, theta0, sigma)
     alpha = np.pi / 2 - (2 * turn - 1) * theta
     return np.stack([r * np.cos(alpha), r * np.sin(alpha)], axis=-1)
 
@@ -76,7 +70,7 @@ def _draw_headings(axes: Axes, sigma: float) -> None:
     grid = np.linspace(-1.1, 1.1, 14)
     x, y = np.meshgrid(grid, grid)
     alpha = np.arctan2(y, x)
-    heading = desired_heading(alpha, turn_direction(x, 0.0), bearing_offset(alpha, sigma))
+    heading = desired_heading(alpha, turn_direction(x, 0.0), spirals.bearing_offset(alpha, sigma))
     axes.quiver(
         x, y, np.cos(heading), np.sin(heading), color=palette.GREY, pivot="mid",
         scale=22.0, width=0.0035, headwidth=4.5,
@@ -97,8 +91,8 @@ def swarm(job: Job) -> Figure:
     near, far = TaskParams().start_distance
     r0, alpha0 = rng.uniform(near, far, SWARM), rng.uniform(-np.pi, np.pi, SWARM)
     sigma = float(SIGMAS[1][0])
-    theta0 = angular_distance(alpha0, np.pi / 2)
-    speed = approach_speed(arc_length(r0, theta0, sigma), DURATION)
+    theta0 = spirals.angular_distance(alpha0, np.pi / 2)
+    speed = spirals.approach_speed(spirals.arc_length(r0, theta0, sigma), DURATION)
     settings: dict[str, Any] = {"duration": DURATION, "dt": DT, "rng": rng}
     _, r, alpha = brownian.simulate(r0, alpha0, speed, sigma, **settings)
     _draw_swarm(axes[0], r * np.exp(1j * alpha), sigma)
@@ -126,7 +120,7 @@ def _draw_swarm(axes: Axes, paths: np.ndarray, sigma: float) -> None:
     """Draws paths (T, N) of agents, as complex numbers, and the spirals from their starts."""
     for path, colour in zip(paths.T, style.boat_colours(paths.shape[1]), strict=True):
         start, end = path[0], path[-1]
-        theta = float(angular_distance(np.angle(start), np.pi / 2))
+        theta = float(spirals.angular_distance(np.angle(start), np.pi / 2))
         turn = int(turn_direction(start.real, 0.0))
         spiral = spiral_points(abs(start), theta, sigma, turn)
         axes.plot(*spiral.T, "--", color=palette.GREY, lw=0.6)

@@ -77,14 +77,13 @@ def feasibility(job: Job) -> Figure:
     params = make_params("push")
     least = params.vessel.length / 2
     figure, axes = style.panels(style.PAGE, 96.0, 2, len(HEADINGS), sharex=True, sharey=True)
-    norm = LogNorm(1.0, LONGEST)
-    looks: dict[str, Any] = {"cmap": f"{style.MAP}_r", "rasterized": True, "norm": norm}
+    looks: dict[str, Any] = {"cmap": f"{style.MAP}_r", "norm": LogNorm(1.0, LONGEST)}
     for column, (heading, text) in enumerate(HEADINGS):
         goals = grid(heading)
         for row, ratio in enumerate(ratios(goals, least).values()):
             panel = axes[row * len(HEADINGS) + column]
             panel.set_facecolor(palette.PALE)
-            cells = panel.pcolormesh(goals[..., 0], goals[..., 1], ratio, **looks)
+            cells = panel.pcolormesh(goals[..., 0], goals[..., 1], ratio, rasterized=True, **looks)
             sketch.hull(panel, params.vessel, np.zeros(3), fc="none", lw=0.5)
             sketch.plane(panel)
             panel.label_outer()

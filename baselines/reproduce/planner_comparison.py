@@ -49,11 +49,8 @@ def two_arcs(goals: Float, radius: float) -> ArcPath:
     """Returns the shortest two arcs to poses (W, 3), and Dubins paths where there are none."""
     arcs, others = padded(two_arc.shortest(goals, radius)), dubins_paths(goals, radius)
     able = two_arc.feasible(arcs, radius)[:, None]
-    return ArcPath(
-        arcs.start,
-        np.where(able, arcs.curvature, others.curvature),
-        np.where(able, arcs.length, others.length),
-    )
+    curvature = np.where(able, arcs.curvature, others.curvature)
+    return ArcPath(arcs.start, curvature, np.where(able, arcs.length, others.length))
 
 
 def dubins_paths(goals: Float, radius: float) -> ArcPath:

@@ -93,9 +93,8 @@ class ApproachPath:
         alpha = np.arctan2(offset.imag, offset.real)
         theta = spiral.angular_distance(alpha, np.pi / 2)
         phi = spiral.exact_bearing_offset(alpha, self._sigma)
-        heading = braitenberg.desired_heading(
-            alpha, braitenberg.turn_direction(offset.real, 0.0), phi
-        )
+        turn_direction = braitenberg.turn_direction(offset.real, 0.0)
+        heading = braitenberg.desired_heading(alpha, turn_direction, phi)
         length = spiral.arc_length(np.abs(offset), theta, self._sigma) - ahead
         return direction(heading), np.maximum(length + height - target.imag, 0.0)
 
