@@ -45,7 +45,7 @@ def _turn_straight_turn(goal: Float, radius: Float) -> tuple[Float, Float]:
     The centres are d t + R (s3 - s1) n apart, with d the length of the straight, t its direction
     and n its left normal. Within the rounding error a course without a turn is preferred.
     """
-    s1, s3 = (_per_word(side, radius) for side in _CSC_SIDES)
+    s1, s3 = (np.multiply.outer(side, np.ones_like(radius)) for side in _CSC_SIDES)
     across_gap, start, end = _between_centres(goal, radius, s1, s3)
     offset = radius * (s3 - s1)
     distance = np.hypot(across_gap[..., 0], across_gap[..., 1])
@@ -67,7 +67,7 @@ def _three_turns(goal: Float, radius: Float) -> tuple[Float, Float]:
 
     The outer centres are 4 R sin(m/2) apart for a middle turn m, of which only m >= pi can be best.
     """
-    side = _per_word(_CCC_SIDES, radius)
+    side = np.multiply.outer(_CCC_SIDES, np.ones_like(radius))
     across_gap, start, end = _between_centres(goal, radius, side, side)
     sine = np.hypot(across_gap[..., 0], across_gap[..., 1]) / (4 * radius)
     middle = 2 * np.pi - 2 * np.arcsin(np.minimum(sine, 1.0))
@@ -77,11 +77,6 @@ def _three_turns(goal: Float, radius: Float) -> tuple[Float, Float]:
     lengths = radius[..., None] * np.stack([first, middle, last], axis=-1)
     curvatures = np.stack([side, -side, side], axis=-1) / radius[..., None]
     return curvatures, np.where((sine <= 1)[..., None], lengths, np.inf)
-
-
-def _per_word(side: Float, radius: Float) -> Float:
-    """Sides (m, ...) of the words, +1 left and -1 right, in front of the batch axes."""
-    return np.multiply.outer(side, np.ones_like(radius))
 
 
 def _between_centres(

@@ -48,11 +48,6 @@ class Options:
                 raise ValueError(f"--page takes the table: add {TABLE} to --only")
             marks.check(self.page.read_text(), fig10_trials.START, fig10_trials.END)
 
-    @property
-    def job(self) -> Job:
-        """Options on which the numbers depend."""
-        return Job(self.seed, self.trials, self.episodes)
-
 
 def missing(options: Options, folder: OutputFolder) -> dict[str, Artefact]:
     """Returns the artefacts that are still to be made.
@@ -80,7 +75,7 @@ def make(artefacts: dict[str, Artefact], options: Options, folder: OutputFolder)
         for name in bar:
             bar.set_description(name)
             folder.record(name, complete=False)
-            artefacts[name].build(name, options.job, options.out)
+            artefacts[name].build(name, folder.job, options.out)
             folder.record(name, complete=True)
     (options.out / CAPTIONS).write_text(contents.captions(folder.made()))
     if options.page is not None:
@@ -92,7 +87,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Runs the command line; exits with a message where an option is wrong."""
     try:
         options = tyro.cli(Options, args=arguments, prog=PROGRAM)
-        folder = OutputFolder(options.out, options.job)
+        job = Job(options.seed, options.trials, options.episodes)
+        folder = OutputFolder(options.out, job)
         artefacts = missing(options, folder)
     except (ValueError, OSError) as error:
         sys.exit(f"{PROGRAM}: {error}")

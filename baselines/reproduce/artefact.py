@@ -113,7 +113,7 @@ class OutputFolder:
     """
 
     def __init__(self, path: Path, job: Job) -> None:
-        self._path, self._record = path, path / NAME
+        self._path, self.job, self._record = path, job, path / NAME
         self._options: dict[str, Any] = {
             **asdict(job),
             "code": provenance.code("baselines.reproduce"),
