@@ -209,9 +209,7 @@ class Simulation:
         terms = reward.weighted(self._task.reward, self._potentials, after, transition)
         rewards = reward.total(self._task.reward, terms, self.params.num_boats)
         self._potentials = after
-        metrics.update(
-            self._tally, before, state, self.relations, self._occupied, rewards, self.params
-        )
+        metrics.update(self._tally, transition, self._occupied, rewards)
         self._change_roles()
         return TimeStep(self._observe(), rewards, self.ending, terms)
 

@@ -26,11 +26,10 @@ def bandwidth(boat: BoatParams) -> float:
 class Autopilot:
     """The controllers of boats of one kind."""
 
-    gains: Float  #: (2,) demand in N per m/s and per rad/s of error in forward speed and yaw rate
-
     def __init__(self, boat: BoatParams) -> None:
         # Thrust of a motor per N of surge force and per N m of yaw moment.
         per_motor = np.array([0.5, 0.5 / boat.lever_arm])
+        #: (2,) demand in N per m/s and per rad/s of error in forward speed and yaw rate
         self.gains = per_motor * bandwidth(boat) * np.array([boat.total_mass, boat.total_inertia])
         self._linear = per_motor * np.array([boat.surge[0], boat.yaw[0]])
         self._quadratic = per_motor * np.array([boat.surge[1], boat.yaw[1]])

@@ -26,10 +26,9 @@ def limited(thrust: Float, boat: BoatParams) -> Float:
 class Motors:
     """The motors of ``num_worlds`` teams: first-order lag, and a gain for each motor."""
 
-    thrust: Float  #: (W, A, 2) present thrust of the left and right motor, N
-
     def __init__(self, boat: BoatParams, num_worlds: int, num_boats: int) -> None:
         self._lever_arm = boat.lever_arm
+        #: (W, A, 2) present thrust of the left and right motor, N
         self.thrust = np.zeros((num_worlds, num_boats, 2))
         self._left, self._right = self.thrust[..., 0], self.thrust[..., 1]
         self._gain, self._response = np.ones((2, *self.thrust.shape))

@@ -24,27 +24,22 @@ class Layout:
         band: height of the bands for captions above and below the water, px.
     """
 
-    unit: float  #: scale of widths and text, 1 for a frame of ``DESIGN`` pixels
-    bar: float  #: length of the scale bar and spacing of the grid, m
-    flows: bool  #: whether the water moves
-    enlarged: float  #: factor by which boats are drawn larger than they are, at least 1
-    detailed: bool  #: whether boats are large enough for an edge round the hull
-    vessel: Complex  #: corners (n,) of the vessel in its own frame, m
-    boat: Complex  #: corners (n,) of a boat as it is drawn, in its own frame, m
-
     def __init__(
         self, params: EnvParams, camera: Camera, size: tuple[int, int], band: float
     ) -> None:
         self.params, self.camera, self.size, self.band = params, camera, size, band
-        self.unit = min(size) / DESIGN
+        self.unit = min(size) / DESIGN  #: scale of widths and text, 1 for ``DESIGN`` pixels
+        #: length of the scale bar and spacing of the grid, m
         self.bar = round_number(min(size) / 4.5 / camera.scale)
+        #: whether the water moves
         self.flows = params.water.current != "still" and params.water.current_speed > 0
         drawn = params.boat.length * camera.scale
-        self.enlarged = max(1.0, SMALLEST_BOAT * self.unit / drawn)
-        self.detailed = drawn > 1.6 * SMALLEST_BOAT * self.unit
-        self.vessel = vertices(params.vessel.outline)
+        self.enlarged = max(1.0, SMALLEST_BOAT * self.unit / drawn)  #: factor on drawn boats
+        self.detailed = drawn > 1.6 * SMALLEST_BOAT * self.unit  #: whether boats have an edge
+        self.vessel = vertices(params.vessel.outline)  #: corners (n,) in its own frame, m
         # Boats grow backwards, so that the bow of one that pushes stays outside the vessel.
         shift = (self.enlarged - 1) * params.boat.length / 2
+        #: corners (n,) of a boat as it is drawn, in its own frame, m
         self.boat = self.enlarged * vertices(params.boat.outline) - shift
 
     def pixels(self, shape: Complex | Float, pose: Float) -> Float:

@@ -5,6 +5,7 @@ import numpy as np
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
+from asv_env.tasks.reward import Transition
 from asv_env.types import Bool, Ending, Float, Int, State
 
 NEVER = -1  #: tick of an event that has not come
@@ -36,20 +37,12 @@ def restart_errors(tally: Tallies, relations: Relations, index: np.ndarray) -> N
     tally.heading_error_at_min[index] = relations.heading_error[index]
 
 
-def update(
-    tally: Tallies,
-    previous: State,
-    state: State,
-    relations: Relations,
-    occupied: Bool,
-    reward: Float,
-    params: EnvParams,
-) -> None:
-    """Adds one control tick, in place.
+def update(tally: Tallies, now: Transition, occupied: Bool, reward: Float) -> None:
+    """Adds one control tick with its reward (W, A), in place.
 
-    The true state is ``previous`` before the tick and ``state`` after it; ``occupied`` (W, A)
-    tells which boats occupy their slots, ``reward`` (W, A) is that of the tick.
+    ``occupied`` (W, A) tells which boats occupy their slots.
     """
+    previous, state, relations, params = now.previous, now.state, now.relations, now.params
     if occupied.any() or previous.closed.any():
         first = (tally.closure_tick < 0) & state.closed
         tally.closure_tick = np.where(first, state.tick, tally.closure_tick)
