@@ -22,8 +22,7 @@ except ImportError as error:
         "asv_env.envs.sb3 needs stable-baselines3: pip install 'asv-env[train]'"
     ) from error
 
-RowObservation = Observation | dict[str, Observation]
-"""Observations of rows: (rows, K), or a dictionary with the state of each row's world."""
+RowObservation = Observation | dict[str, Observation]  #: (rows, K), or with their worlds' states
 
 
 class BoatVecEnv(Adapter, VecEnv):
@@ -95,7 +94,9 @@ class BoatVecEnv(Adapter, VecEnv):
         """
         self._require("reset", Stage.NEW, Stage.RUNNING)
         seeds = self._seeds[:: self._team]
-        goals = [_hashable(goal_option(options)) for options in self._options[:: self._team]]
+        goals = [goal_option(options) for options in self._options[:: self._team]]
+        # Keys have to be hashable; the simulation refuses what is no sequence of numbers.
+        goals = [tuple(goal) if isinstance(goal, list | np.ndarray) else goal for goal in goals]
         observation = np.zeros(self._shape, dtype=np.float32)
         for goal in dict.fromkeys(goals):
             mask = np.array([other == goal for other in goals])
@@ -213,8 +214,3 @@ def _row(seen: RowObservation, row: int) -> RowObservation:
     if isinstance(seen, dict):
         return {name: values[row] for name, values in seen.items()}
     return seen[row]
-
-
-def _hashable(goal: Any) -> Any:
-    """Returns a goal that can be a key; the simulation refuses what is no sequence of numbers."""
-    return tuple(goal) if isinstance(goal, list | np.ndarray) else goal

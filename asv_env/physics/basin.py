@@ -59,10 +59,6 @@ class _Pool:
 class Basin:
     """Bodies of ``num_worlds`` worlds, ``B = 1 + num_boats`` each, row 0 the vessel."""
 
-    #: (W, B, 6) motion after the last step in the Space's coordinates, headings not wrapped
-    motion: Float
-    force: Float  #: (W, B, 3) world-frame force N, N and moment N m during the next step
-
     def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
         self._params, self._worlds_per_space = params, worlds_per_space
         self._dt = params.clock.dt
@@ -73,7 +69,9 @@ class Basin:
         # because Pymunk replaces a buffer that has been filled by one of its own.
         self._motion_rows = np.zeros((rows + 2, 6))
         self._force_rows = np.zeros((rows + 2, 3))
+        #: (W, B, 6) motion after the last step in the Space's coordinates, headings not wrapped
         self.motion = self._motion_rows[:rows].reshape(*shape, 6)
+        #: (W, B, 3) world-frame force N, N and moment N m during the next step
         self.force = self._force_rows[:rows].reshape(*shape, 3)
 
         self._tile = np.zeros((num_worlds, 1, 2))

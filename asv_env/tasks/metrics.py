@@ -38,10 +38,7 @@ def restart_errors(tally: Tallies, relations: Relations, index: np.ndarray) -> N
 
 
 def update(tally: Tallies, now: Transition, occupied: Bool, reward: Float) -> None:
-    """Adds one control tick with its reward (W, A), in place.
-
-    ``occupied`` (W, A) tells which boats occupy their slots.
-    """
+    """Adds a tick, in place: which boats (W, A) occupy their slots, and the reward (W, A)."""
     previous, state, relations, params = now.previous, now.state, now.relations, now.params
     if occupied.any() or previous.closed.any():
         first = (tally.closure_tick < 0) & state.closed

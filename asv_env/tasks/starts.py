@@ -22,10 +22,7 @@ def sample(params: EnvParams, rng: np.random.Generator, goal: Float | None = Non
 
 
 def scattered(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> InitialState:
-    """Samples boats all round the vessel, headings at random; see ``sample``.
-
-    The vessel lies at the origin with heading 0.
-    """
+    """Samples boats all round a vessel at the origin, headings at random; see ``sample``."""
     goal = _goal(params, rng, goal)
     motion = np.zeros((1 + params.num_boats, 6))
     boats, headings = _scattered(params, rng)
