@@ -47,44 +47,37 @@ class PushSide:
     closed: Bool  #: (W,) whether the vessel is in closure, by these slots
 
 
-class PushSideSelector:
-    """Lets teams push from the side away from the goal, whichever side the task prescribes.
+def view(
+    params: EnvParams, sensed: Sensed, memory: PushSide | None, fresh: Bool
+) -> tuple[Sensed, PushSide]:
+    """Returns the world as a team that pushes from the +n side would sense it, and the sides.
 
-    Where both are the same, slots and closure are the environment's. On the other side they
-    follow from the estimate by the same rules.
+    The goal lies ahead of the team when its side is selected: at the first call, where the
+    memory is None, and again in the worlds ``fresh`` (W,). Where the task prescribes that side,
+    slots and closure are the environment's; elsewhere they follow from the estimate by its rules.
     """
+    away = np.where(goal_lateral_offset(sensed) > 0, -1.0, 1.0)
+    if memory is None:
+        fresh = np.ones_like(fresh)
+        memory = PushSide(away, sensed.slot, sensed.working, np.zeros_like(fresh))
+    side = np.where(fresh, away, memory.side)
+    prescribed = side == sensed.side
+    seen = mirror_image(sensed, side)
+    closed, misassigned = _closure(params, seen, memory)
+    closed = np.where(prescribed, sensed.closed, closed & ~fresh)
+    fails = (sensed.working != memory.working).any(axis=1)
+    slot = np.where(prescribed[:, None], seen.slot, memory.slot)
+    for world in map(int, np.flatnonzero(~prescribed & (fresh | fails | misassigned))):
+        boats = seen.estimate[world], seen.working[world]
+        slot[world] = formation.assign_slots(params, *boats, 1.0)
+    seen = replace(seen, slot=slot, side=np.ones_like(side), closed=closed)
+    return seen, PushSide(side, slot, sensed.working.copy(), closed)
 
-    def __init__(self, params: EnvParams) -> None:
-        self._params = params
 
-    def view(self, sensed: Sensed, memory: PushSide | None, fresh: Bool) -> tuple[Sensed, PushSide]:
-        """Returns the world as a team that pushes from the +n side would sense it, and the sides.
-
-        The goal lies ahead of the team when its side is selected: at the first call, where the
-        memory is None, and again in the worlds ``fresh`` (W,).
-        """
-        away = np.where(goal_lateral_offset(sensed) > 0, -1.0, 1.0)
-        if memory is None:
-            fresh = np.ones_like(fresh)
-            memory = PushSide(away, sensed.slot, sensed.working, np.zeros_like(fresh))
-        side = np.where(fresh, away, memory.side)
-        prescribed = side == sensed.side
-        seen = mirror_image(sensed, side)
-        closed, misassigned = self._closure(seen, memory)
-        closed = np.where(prescribed, sensed.closed, closed & ~fresh)
-        fails = (sensed.working != memory.working).any(axis=1)
-        slot = np.where(prescribed[:, None], seen.slot, memory.slot)
-        for world in map(int, np.flatnonzero(~prescribed & (fresh | fails | misassigned))):
-            slot[world] = formation.assign_slots(
-                self._params, seen.estimate[world], seen.working[world], 1.0
-            )
-        seen = replace(seen, slot=slot, side=np.ones_like(side), closed=closed)
-        return seen, PushSide(side, slot, sensed.working.copy(), closed)
-
-    def _closure(self, seen: Sensed, memory: PushSide) -> tuple[Bool, Bool]:
-        """Returns (W,) whether the vessel is in closure, and (W,) whether slots are misassigned."""
-        task, working = self._params.task, memory.working
-        relations = formation.relate(seen.estimate, seen.goal, memory.slot, np.ones(len(working)))
-        formed = formation.everyone(formation.occupied(relations, task), working)
-        closed = formation.closure(relations, formed, memory.closed, working, task)
-        return closed, formation.misassigned(relations, closed, working, task)
+def _closure(params: EnvParams, seen: Sensed, memory: PushSide) -> tuple[Bool, Bool]:
+    """Returns (W,) whether the vessel is in closure, and (W,) whether slots are misassigned."""
+    task, working = params.task, memory.working
+    relations = formation.relate(seen.estimate, seen.goal, memory.slot, np.ones(len(working)))
+    formed = formation.everyone(formation.occupied(relations, task), working)
+    closed = formation.closure(relations, formed, memory.closed, working, task)
+    return closed, formation.misassigned(relations, closed, working, task)

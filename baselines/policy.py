@@ -94,7 +94,7 @@ POLICIES: Registry[MakePolicy] = Registry(
     {
         "scripted": "baselines.scripted.scripted_policy:ScriptedPolicy",
         "paper": "baselines.paper.paper_policy:PaperPolicy",
-        "learned": "baselines.learned.shipped:learned_policy",
+        "learned": "baselines.learned.policy_file:learned_policy",
         "idle": Idle,
         "random": Random,
     },

@@ -10,11 +10,11 @@ from asv_env import make_params
 from asv_env.tasks import TASKS
 from baselines.evaluate.policy_sources import find
 from baselines.evaluate.publish import model_cards
-from baselines.learned import shipped
+from baselines.learned import policy_file
 from baselines.rollout import runner, seeds
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
-FILES = sorted(shipped.FOLDER.glob("*.npz"))
+FILES = sorted(policy_file.FOLDER.glob("*.npz"))
 DEVELOPMENT = range(seeds.DEVELOPMENT.start, seeds.DEVELOPMENT.start + 12)
 
 
@@ -26,7 +26,7 @@ def episodes(policy, task):
 @pytest.mark.parametrize("task", ["approach", "push", "transport"])
 def test_it_does_its_task_faster_than_the_scripted_policy(task):
     """On development seeds; the suites' results are in docs/results."""
-    ours, theirs = episodes(shipped.learned_policy, task), episodes(ScriptedPolicy, task)
+    ours, theirs = episodes(policy_file.learned_policy, task), episodes(ScriptedPolicy, task)
     both = [(a.duration, b.duration) for a, b in zip(ours, theirs, strict=True) if a.success]
     assert len(both) >= 0.9 * len(ours)
     assert np.median([a - b for a, b in both]) < 0
@@ -44,7 +44,7 @@ def test_files_are_small_and_say_where_they_come_from(file):
 
 
 def test_all_files_are_for_some_task():
-    assert set(FILES) == set(map(shipped.file_for, TASKS.values()))
+    assert set(FILES) == set(map(policy_file.file_for, TASKS.values()))
 
 
 def test_it_runs_where_there_is_no_torch():
@@ -71,7 +71,7 @@ def test_what_is_kept_of_a_run_is_bound_to_the_files(monkeypatch, tmp_path):
     before = find("learned").fingerprint()
     for file in FILES:
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    monkeypatch.setattr(shipped, "FOLDER", tmp_path)
+    monkeypatch.setattr(policy_file, "FOLDER", tmp_path)
     assert find("learned").fingerprint() == before
     (tmp_path / FILES[0].name).write_bytes(b"other")
     assert find("learned").fingerprint() != before

@@ -7,7 +7,7 @@ from helpers import SEEN
 from asv_env import Simulation, make_params
 from asv_env.tasks import starts
 from baselines.learned.network import Metadata, NetworkPolicy
-from baselines.mirror import PushSideSelector
+from baselines.mirror import view
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 MIRROR = np.array([1.0, -1.0, -1.0])
@@ -26,12 +26,12 @@ class Driven:
     def __init__(self, params, seeds, **options):
         self.sim = Simulation(params, len(seeds), **options)
         self.sim.reset(seeds=seeds)
-        self.selector, self.scripted = PushSideSelector(params), ScriptedPolicy(params)
+        self.params, self.scripted = params, ScriptedPolicy(params)
         self.push_side = self.memory = None
         self.fresh = np.ones(len(seeds), dtype=bool)
 
     def step(self):
-        seen, self.push_side = self.selector.view(self.sim.sensed, self.push_side, self.fresh)
+        seen, self.push_side = view(self.params, self.sim.sensed, self.push_side, self.fresh)
         action, self.memory = self.scripted.act(seen, None, self.memory, self.fresh)
         action[..., 1] *= self.push_side.side[:, None]
         over = self.sim.step(action).ending

@@ -8,7 +8,7 @@ from helpers import SEEN
 
 from asv_env import Simulation, make_params
 from asv_env.tasks import APPROACH, PUSH, TRANSPORT
-from baselines.learned import policy_file, shipped
+from baselines.learned import policy_file
 from baselines.learned.network import Metadata, NetworkPolicy
 from baselines.learned.phases import Phase, PhasedPolicy
 
@@ -99,7 +99,7 @@ def test_the_shipped_policies_run_where_boats_observe_something_else():
     actions = []
     for shown in (None, ("slot",)):
         params = make_params("transport", observation=shown)
-        policy, simulation = shipped.learned_policy(params), Simulation(params, 2)
+        policy, simulation = policy_file.learned_policy(params), Simulation(params, 2)
         observed, fresh = simulation.reset(seeds=range(2)), np.ones(2, dtype=bool)
         actions.append(policy.act(simulation.sensed, observed, None, fresh)[0])
     assert np.array_equal(*actions)
@@ -114,7 +114,7 @@ def test_an_unknown_feature_is_refused(tmp_path):
 @pytest.mark.parametrize("task", [APPROACH, PUSH, TRANSPORT], ids=lambda task: task.name)
 def test_tasks_of_the_same_kind_are_served(task):
     mine = make_params(replace(task, name="mine"))
-    assert shipped.learned_policy(mine)
+    assert policy_file.learned_policy(mine)
     NetworkPolicy(LAYERS, Metadata(tasks=("mine",)), mine)
     NetworkPolicy(LAYERS, Metadata(tasks=(task.name,)), mine)
     others = tuple(other.name for other in (APPROACH, PUSH, TRANSPORT) if other is not task)

@@ -9,7 +9,7 @@ from train_helpers import tiny
 from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
 from asv_env.tasks import TRANSPORT, formation
-from baselines.learned import shipped
+from baselines.learned import policy_file
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.curriculum import CurriculumStates, along_episodes, scaled_noise, where_pushes_begin
 
@@ -74,7 +74,7 @@ def test_boats_begin_in_the_slots_of_either_side():
 
 def test_pushes_begin_where_a_rollout_has_brought_the_vessel_into_closure():
     """Seen from the +n side, in closure, also where the team pushes from the other one."""
-    file = shipped.file_for(TRANSPORT)
+    file = policy_file.file_for(TRANSPORT)
     params = make_params("transport", scenario="noisy")
     states = where_pushes_begin(file, params, range(10**9, 10**9 + 8))
     assert len(states.goal) >= 8

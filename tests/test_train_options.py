@@ -12,7 +12,7 @@ from train_helpers import layers_of, refusal, same, tiny
 
 from asv_env.sensing import observation
 from asv_env.tasks import TRANSPORT
-from baselines.learned import policy_file, shipped
+from baselines.learned import policy_file
 from train import actors, curriculum
 from train.config import PRESETS, SEEDS_PER_RUN, Config, parse
 from train.launch import open_run
@@ -21,7 +21,7 @@ from train.sb3 import policies
 from train.sb3.ppo import Learner
 from train.sb3.vec_env import TrainingVecEnv
 
-SHIPPED = shipped.file_for(TRANSPORT)
+SHIPPED = policy_file.file_for(TRANSPORT)
 
 
 @pytest.mark.parametrize("task", ["approach", "push", "transport"])

@@ -16,7 +16,7 @@ from asv_env.registry import load
 from asv_env.simulation import Simulation
 from baselines.evaluate.code_identity import fingerprint, identify, is_own
 from baselines.evaluate.conditions import Suite
-from baselines.learned import policy_file, shipped
+from baselines.learned import policy_file
 from baselines.learned.sb3_policy import Sb3Policy
 from baselines.policy import POLICIES, MakePolicy, Policy, checked_action
 from baselines.rollout import provenance
@@ -97,7 +97,8 @@ def _registered(name: str) -> PolicySource:
     factory = POLICIES[name]
     if is_own(factory):
         return _written(name, factory)
-    return PolicySource(name, factory, None, shipped.fingerprint() if name == "learned" else name)
+    fingerprint = policy_file.fingerprint() if name == "learned" else name
+    return PolicySource(name, factory, None, fingerprint)
 
 
 def _stored(word: str, path: Path, trust_pickles: bool) -> PolicySource:

@@ -13,7 +13,7 @@ from asv_env.sensing.observation import DEFAULT, VERSION, Feature
 from asv_env.tasks import TASKS, formation
 from asv_env.tasks.task import Task
 from asv_env.types import Action, Bool, Float, Int, Observation, Sensed
-from baselines.mirror import PushSide, PushSideSelector
+from baselines.mirror import PushSide, view
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 Layers = Sequence[tuple[Float, Float]]
@@ -29,27 +29,17 @@ ACTIVATIONS: dict[str, Callable[[Float], Float]] = {
 class Metadata:
     """What a network was made for.
 
-    Attributes:
-        tasks: names of the tasks in which it may be used.
-        action_mode: what its actions mean, "tracking" or "thrusters".
-        activation: function between the layers, a key of ``ACTIVATIONS``.
-        action_repeat: control ticks between two decisions.
-        residual: fraction of a full action by which it corrects the scripted policy, which then
-            acts too; 0 for a policy that acts alone.
-        mirrors: whether it sees the mirror image of worlds in which the goal lies behind the
-            team; see ``baselines.mirror``.
-        observation: names of the features that it observes, in their order.
-        observation_version: ``asv_env.sensing.observation.VERSION`` when it was trained.
+    With ``residual`` it corrects the scripted policy, which then acts too; else it acts alone.
     """
 
-    tasks: tuple[str, ...] = tuple(TASKS)
-    action_mode: str = "tracking"
-    activation: str = "tanh"
-    action_repeat: int = 1
-    residual: float = 0.0
-    mirrors: bool = False
-    observation: tuple[str, ...] = tuple(feature.name for feature in DEFAULT)
-    observation_version: int = VERSION
+    tasks: tuple[str, ...] = tuple(TASKS)  #: names of the tasks in which it may be used
+    action_mode: str = "tracking"  #: what its actions mean, "tracking" or "thrusters"
+    activation: str = "tanh"  #: function between the layers, a key of ``ACTIVATIONS``
+    action_repeat: int = 1  #: control ticks between two decisions
+    residual: float = 0.0  #: fraction of a full action by which it corrects the scripted policy
+    mirrors: bool = False  #: whether it sees mirror images of goals behind the team; see ``mirror``
+    observation: tuple[str, ...] = tuple(f.name for f in DEFAULT)  #: features, in their order
+    observation_version: int = VERSION  #: version of the observation when it was trained
 
     def __post_init__(self) -> None:
         choice("action_mode", self.action_mode, ACTION_MODES)
@@ -59,12 +49,9 @@ class Metadata:
 
     def serves(self, task: Task) -> bool:
         """Returns whether the network may be used in a task, or in one of the same kind."""
-        kinds = {_kind(TASKS[name]) for name in self.tasks if name in TASKS}
-        return task.name in self.tasks or _kind(task) in kinds
-
-
-def _kind(task: Task) -> tuple[bool, bool]:
-    return task.starts_grasped, task.has_goal
+        known = [TASKS[name] for name in self.tasks if name in TASKS]
+        kinds = {(one.starts_grasped, one.has_goal) for one in known}
+        return task.name in self.tasks or (task.starts_grasped, task.has_goal) in kinds
 
 
 @dataclass
@@ -92,7 +79,6 @@ class NetworkPolicy:
         self._layers = [(np.asarray(w, np.float32), np.asarray(b, np.float32)) for w, b in layers]
         self._activate = ACTIVATIONS[metadata.activation]
         self._metadata, self._params = metadata, params
-        self._side = PushSideSelector(params) if metadata.mirrors else None
         self._scripted = ScriptedPolicy(params) if metadata.residual else None
 
     def act(
@@ -118,8 +104,8 @@ class NetworkPolicy:
     ) -> tuple[Action, PushSide | None]:
         """Returns the network's action now (W, A, 2), and the sides from which teams push."""
         push_side = None
-        if self._side is not None:
-            sensed, push_side = self._side.view(sensed, memory.push_side, fresh)
+        if self._metadata.mirrors:
+            sensed, push_side = view(self._params, sensed, memory.push_side, fresh)
         if self._observes:
             observation = observe(sensed, self._features, self._params)
         action = self.forward(observation)

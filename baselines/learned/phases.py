@@ -27,7 +27,7 @@ from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.sensing.observation import features
 from asv_env.types import Action, Bool, Int, Observation, Sensed
 from baselines.learned.network import Layers, Metadata, NetworkMemory, NetworkPolicy, observe
-from baselines.mirror import PushSide, PushSideSelector, goal_lateral_offset
+from baselines.mirror import PushSide, goal_lateral_offset, view
 
 APPROACH, PUSH = range(2)  #: states of a team
 NOTHING, START, RETRY, GO_ROUND = range(4)  #: events
@@ -77,7 +77,6 @@ class PhasedPolicy:
             for phase in phases
         ]
         self._params = params
-        self._side = PushSideSelector(params)
         scale = params.vessel.length / NOMINAL_LENGTH * params.clock.control
         limits = [np.inf if phase.patience is None else phase.patience for phase in phases]
         self._patience = scale * np.array(limits)
@@ -90,10 +89,10 @@ class PhasedPolicy:
             zeros = np.zeros(len(fresh), dtype=np.int64)
             memory = PhaseMemory(zeros, zeros, zeros, None, [None] * len(self._networks))
         event = np.where(fresh, START, np.where(self._fails(sensed, memory), RETRY, NOTHING))
-        seen, push_side = self._side.view(sensed, memory.push_side, event != NOTHING)
+        seen, push_side = view(self._params, sensed, memory.push_side, event != NOTHING)
         if (behind := self._goal_is_behind(seen, memory, event)).any():
             event[behind] = GO_ROUND
-            seen, push_side = self._side.view(sensed, push_side, event != NOTHING)
+            seen, push_side = view(self._params, sensed, push_side, event != NOTHING)
         state = _next_state(seen, memory, event)
         attempt = np.where(event == START, 0, memory.attempt + (event == RETRY))
         changed = (event != NOTHING) | (state != memory.state)

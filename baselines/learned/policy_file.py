@@ -10,8 +10,12 @@ layers of network i; ``policy`` is a JSON text:
 ==============  ==================================================================================
 
 Nothing in it is code: a file from a stranger can be read safely.
+
+The files in ``FOLDER`` are the policy ``learned``. ``train`` made them; ``docs/learned.md``
+describes what they do and where they fail.
 """
 
+import hashlib
 import json
 import zipfile
 import zlib
@@ -24,10 +28,12 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
+from asv_env.tasks.task import Task
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.learned.phases import Phase, PhasedPolicy
 from baselines.policy import Policy
 
+FOLDER = Path(__file__).parent / "weights"  #: folder of the files that are part of this package
 FORMAT, SUFFIX = "asv-env policy 2", ".npz"
 UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError)  #: exceptions that mean a damaged NPZ
 
@@ -101,6 +107,22 @@ def load(path: Path, params: EnvParams) -> Policy:
         return PhasedPolicy(phases, params)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
+
+
+def file_for(task: Task) -> Path:
+    """Returns this package's file for a task: of all tasks with a goal it is the same."""
+    return FOLDER / ("transport.npz" if task.has_goal else "approach.npz")
+
+
+def learned_policy(params: EnvParams) -> Policy:
+    """Returns this package's policy for the task of an environment; see ``load``."""
+    return load(file_for(params.definition), params)
+
+
+def fingerprint() -> str:
+    """Returns a digest of all files of this package."""
+    files = sorted(FOLDER.glob(f"*{SUFFIX}"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 
 def _phase(file: Mapping[str, Any], number: int, fields: dict[str, Any]) -> Phase:

@@ -8,7 +8,7 @@ from typing import Any
 from asv_env.tasks import TASKS
 from baselines.evaluate.tables.formats import share
 from baselines.evaluate.tables.table import grid
-from baselines.learned import policy_file, shipped
+from baselines.learned import policy_file
 
 INTRODUCTION = """\
 # The learned policies
@@ -34,7 +34,7 @@ def page(folder: Path) -> str:
     """Returns the model cards of all policy files in a folder, in Markdown."""
     parts = [INTRODUCTION.strip()]
     for file in sorted(folder.glob(f"*{policy_file.SUFFIX}")):
-        tasks = [name.capitalize() for name, t in TASKS.items() if shipped.file_for(t) == file]
+        tasks = [name.capitalize() for name, t in TASKS.items() if policy_file.file_for(t) == file]
         parts += [f"## {file.name}", f"For {' and '.join(tasks)}; {file.stat().st_size:,} bytes."]
         for card in of_networks(file):
             parts.append(grid(HEADS, map(_line, trainings(card)), left=HEADS[:3]))

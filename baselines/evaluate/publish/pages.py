@@ -23,7 +23,7 @@ from baselines.evaluate.suites import SUITES
 from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import grid
-from baselines.learned import shipped
+from baselines.learned import policy_file
 from baselines.rollout import files
 
 PROGRAM = "python -m baselines.evaluate.publish"
@@ -66,7 +66,7 @@ def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
     texts = {
         options.page: marks.replaced(readme, START, END, overview(published)),
         options.results / "README.md": page(published),
-        shipped.FOLDER / "README.md": model_cards.page(shipped.FOLDER),
+        policy_file.FOLDER / "README.md": model_cards.page(policy_file.FOLDER),
     }
     for results in published:
         folder = options.results / results.suite.name
