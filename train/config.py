@@ -142,11 +142,7 @@ def preset(task: str) -> Config:
 def parse(arguments: Sequence[str] | None = None) -> Config:
     """Returns the options of a command line; what is not given is the task's preset."""
     given = list(sys.argv[1:] if arguments is None else arguments)
-    try:
-        default = preset(_task(given))
-    except (ValueError, ImportError) as error:
-        sys.exit(f"python -m train: {error}")
-    return tyro.cli(Config, default=default, args=given, prog="python -m train")
+    return tyro.cli(Config, default=preset(_task(given)), args=given, prog="python -m train")
 
 
 def _task(arguments: Sequence[str]) -> str:

@@ -5,14 +5,12 @@ runs of a name, at their common evaluations; the band is its 95 % interval by St
 a run alone, Wilson's interval of its success.
 """
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import tyro
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -23,10 +21,10 @@ from tyro.conf import Positional
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.report import palette
+from baselines.rollout.commands import command
 from train import evaluation
 
 CONFIDENCE = 0.95
-PROGRAM = "python -m train.curves"
 
 
 @dataclass(frozen=True)
@@ -139,13 +137,7 @@ def plot(
     draw(found, title).savefig(out, dpi=150)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Draws what a command line asks for; exits with a message where something is wrong."""
-    try:
-        tyro.cli(plot, args=arguments, prog=PROGRAM)
-    except (ValueError, OSError) as error:
-        sys.exit(f"{PROGRAM}: {error}")
-
+main = command(plot, "python -m train.curves")
 
 if __name__ == "__main__":
     main()

@@ -13,16 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import tyro
-
 from baselines.learned import policy_file
 from baselines.learned.policy_file import SUFFIX
+from baselines.rollout.commands import command
 from baselines.rollout.files import write
 from train.config import PRESETS, Config
 from train.run import BEST
 from train.sb3 import export, training
-
-PROGRAM = "python -m train.recipe"
 
 
 @dataclass(frozen=True)
@@ -182,15 +179,7 @@ def _checked(run: Path) -> Path:
     return run / BEST
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Follows the recipe as a command line says; exits with a message where something is wrong."""
-    try:
-        tyro.cli(follow, args=arguments, prog=PROGRAM)
-    except (ValueError, OSError) as error:
-        sys.exit(f"{PROGRAM}: {error}")
-    except KeyboardInterrupt:
-        sys.exit(f"{PROGRAM}: stopped; the same command resumes from the last checkpoint")
-
+main = command(follow, "python -m train.recipe")
 
 if __name__ == "__main__":
     main()

@@ -9,12 +9,9 @@ against its motion could gain a little at the end.
 ``python -m baselines.evaluate.bound`` prints it for the episodes of a suite.
 """
 
-import sys
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-import tyro
 
 from asv_env.geometry import plane, xy
 from asv_env.params import EnvParams
@@ -22,8 +19,8 @@ from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
 from baselines.evaluate.suites import SUITES
 from baselines.paper.coasting import coasting_distance
+from baselines.rollout.commands import command
 
-PROGRAM = "python -m baselines.evaluate.bound"
 SPEEDS = 1000  #: number of speeds for which the push is tabulated
 
 
@@ -97,13 +94,7 @@ def show(suite: str = "plane-v1", episodes: int = 500) -> None:
         print(f"{condition.name:14} {middle:.1f} s at least (5 to 95 %: {low:.1f} to {high:.1f})")
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Prints what ``show`` does; exits with a message where there is no such suite."""
-    try:
-        tyro.cli(show, args=arguments, prog=PROGRAM)
-    except (ValueError, ImportError) as error:
-        sys.exit(f"{PROGRAM}: {error}")
-
+main = command(show, "python -m baselines.evaluate.bound")
 
 if __name__ == "__main__":
     main()

@@ -5,14 +5,11 @@ was trained, on observations of a rollout.
 """
 
 import shutil
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-import tyro
 from tyro.conf import Positional
 
 from asv_env.simulation import Simulation
@@ -20,6 +17,7 @@ from asv_env.types import Action, Observation
 from baselines.learned import policy_file
 from baselines.learned.network import NetworkPolicy
 from baselines.rollout import seeds
+from baselines.rollout.commands import command
 from baselines.rollout.files import write
 from baselines.rollout.loop import rollout
 from train.run import BEST
@@ -79,14 +77,7 @@ def export(run: Positional[Path], file: Positional[Path], overwrite: bool = Fals
     print(f"{file}: the same to {difference:.1e}, {file.stat().st_size:,} bytes")
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Exports as a command line says; exits with a message where something is wrong."""
-    program = "python -m train.sb3.export"
-    try:
-        tyro.cli(export, args=arguments, prog=program)
-    except (ValueError, OSError) as error:
-        sys.exit(f"{program}: {error}")
-
+main = command(export, "python -m train.sb3.export")
 
 if __name__ == "__main__":
     main()

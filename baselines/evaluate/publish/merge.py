@@ -10,8 +10,6 @@ not compared, because the weights of the reward may have changed.
 
 import json
 import math
-import sys
-from collections.abc import Sequence
 from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
@@ -26,9 +24,9 @@ from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import summarise
 from baselines.rollout import files, runner
+from baselines.rollout.commands import command
 from baselines.rollout.episodes import Episode, Label
 
-PROGRAM = "python -m baselines.evaluate.publish.merge"
 ROWS, SUMMARY, REPORT = "episodes.csv", "summary.json", "report.md"
 SAME = ("suite", "task", "set of episodes", "set of libraries")
 """Entries of the provenance that must be the same in both runs."""
@@ -116,13 +114,7 @@ def _same(first: Episode, second: Episode) -> bool:
     )
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Adds policies; exits with a message where that fails."""
-    try:
-        tyro.cli(add, args=arguments, prog=PROGRAM)
-    except (ValueError, OSError) as error:
-        sys.exit(f"{PROGRAM}: {error}")
-
+main = command(add, "python -m baselines.evaluate.publish.merge")
 
 if __name__ == "__main__":
     main()
