@@ -1,5 +1,6 @@
 // Hulls and the goal, drawn in metres with y upwards; px is the size of a pixel, m.
 const hulls = ((palette) => {
+  const { line, fill, stroke } = paint;
   const CHEVRON = [[0.9, 0], [-0.5, 0.8], [-0.15, 0], [-0.5, -0.8]];
 
   /** Runs a drawing in the frame of a hull, with its outline as the current path. */
@@ -7,34 +8,17 @@ const hulls = ((palette) => {
     pen.save();
     pen.translate(x, y);
     pen.rotate(heading);
-    trace(pen, outline);
+    line(pen, outline);
+    pen.closePath();
     drawing();
     pen.restore();
   }
 
-  function trace(pen, outline, scale = 1) {
-    pen.beginPath();
-    outline.forEach(([u, v]) => pen.lineTo(scale * u, scale * v));
-    pen.closePath();
-  }
-
-  function fill(pen, colour) {
-    pen.fillStyle = colour;
-    pen.fill();
-  }
-
-  function stroke(pen, colour, width) {
-    pen.strokeStyle = colour;
-    pen.lineWidth = width;
-    pen.stroke();
-  }
-
-  const halfWidth = (outline) => Math.max(...outline.map(([, y]) => Math.abs(y)));
-
   /** An arrow head on the vessel that points ahead. */
-  function chevron(pen, outline, colour) {
-    trace(pen, CHEVRON, 0.6 * Math.min(...outline.map(([, y]) => Math.abs(y))));
-    fill(pen, colour);
+  function chevron(pen, outline, colour, alpha) {
+    const scale = 0.6 * Math.min(...outline.map(([, y]) => Math.abs(y)));
+    line(pen, CHEVRON.map(([u, v]) => [scale * u, scale * v]));
+    fill(pen, colour, alpha);
   }
 
   function shadow(pen, outline, [x, y, heading], px) {
@@ -54,11 +38,8 @@ const hulls = ((palette) => {
   /** The area of the goal, below the vessel. */
   function drawGoal(pen, condition, goal) {
     inside(pen, condition.vessel, goal, () => {
-      pen.globalAlpha = 0.17;
-      fill(pen, palette.white);
-      pen.globalAlpha = 0.6;
-      chevron(pen, condition.vessel, palette.white);
-      pen.globalAlpha = 1;
+      fill(pen, palette.white, 0.17);
+      chevron(pen, condition.vessel, palette.white, 0.6);
     });
   }
 
@@ -85,7 +66,7 @@ const hulls = ((palette) => {
       pen.fillRect(bow - condition.bow, -bow, condition.bow, 2 * bow);
       pen.restore();
       stroke(pen, palette.edge, Math.min(1.2 * px, 0.1 * bow));
-      if (!works) cross(pen, 0.7 * halfWidth(condition.boat), px);
+      if (!works) cross(pen, 0.7 * Math.max(...condition.boat.map(([, y]) => Math.abs(y))), px);
     });
   }
 

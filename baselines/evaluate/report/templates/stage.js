@@ -1,5 +1,6 @@
 // The stage: draws one moment of a film to scale.
 const stage = ((palette) => {
+  const { line, stroke } = paint;
   const FONT = '500 12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif';
   const BANDS = 16; // of different opacity in a trail
   const FRESH = 20; // s for which a trail hardly fades
@@ -43,25 +44,21 @@ const stage = ((palette) => {
   function drawGrid(pen, view, width, height, spacing, px) {
     const [west, east] = [view.x - width / 2 * px, view.x + width / 2 * px];
     const [south, north] = [view.y - height / 2 * px, view.y + height / 2 * px];
-    const lines = (from, to, line) => {
-      for (let k = Math.ceil(from / spacing) * spacing; k < to; k += spacing) line(k);
+    const lines = (from, to, add) => {
+      for (let k = Math.ceil(from / spacing) * spacing; k < to; k += spacing) add(k);
     };
     pen.beginPath();
     lines(west, east, (x) => { pen.moveTo(x, south); pen.lineTo(x, north); });
     lines(south, north, (y) => { pen.moveTo(west, y); pen.lineTo(east, y); });
-    pen.strokeStyle = palette.white;
-    pen.globalAlpha = 0.09;
-    pen.lineWidth = px;
-    pen.stroke();
-    pen.globalAlpha = 1;
+    stroke(pen, palette.white, px, 0.09);
   }
 
   function drawWorld(pen, film, time, px) {
     const { condition } = film;
     if (condition.walls !== null) {
-      pen.strokeStyle = palette.quay;
-      pen.lineWidth = 4 * px;
-      pen.strokeRect(-condition.walls, -condition.walls, 2 * condition.walls, 2 * condition.walls);
+      pen.beginPath();
+      pen.rect(-condition.walls, -condition.walls, 2 * condition.walls, 2 * condition.walls);
+      stroke(pen, palette.quay, 4 * px);
     }
     const goal = goalOf(film, time);
     if (goal) hulls.drawGoal(pen, condition, goal);
@@ -85,30 +82,21 @@ const stage = ((palette) => {
     const now = Math.min(time, take.end);
     const points = poses.path(film, now);
     const length = Math.max(1, Math.ceil(points.length / BANDS));
-    pen.strokeStyle = `color-mix(in srgb, ${player.colour}, white 55%)`;
-    pen.lineWidth = 3 * px;
+    const colour = `color-mix(in srgb, ${player.colour}, white 55%)`;
     pen.lineJoin = "round";
     for (let first = 0; first < points.length - 1; first += length) {
       const age = (now - first * condition.step) / Math.max(now, FRESH);
-      pen.globalAlpha = 1 - 0.75 * Math.max(0, Math.min(1, age));
-      pen.beginPath();
-      points.slice(first, first + length + 1).forEach(([x, y]) => pen.lineTo(x, y));
-      pen.stroke();
+      line(pen, points.slice(first, first + length + 1));
+      stroke(pen, colour, 3 * px, 1 - 0.75 * Math.max(0, Math.min(1, age)));
     }
-    pen.globalAlpha = 1;
   }
 
   function write(pen, text, x, y, align, colour) {
-    pen.font = FONT;
-    pen.textBaseline = "middle";
-    pen.textAlign = align;
-    pen.lineWidth = 3;
-    pen.lineJoin = "round";
-    pen.strokeStyle = palette.edge;
+    Object.assign(pen, { font: FONT, textBaseline: "middle", textAlign: align });
+    Object.assign(pen, { strokeStyle: palette.edge, lineWidth: 3, lineJoin: "round" });
     pen.globalAlpha = 0.55;
     pen.strokeText(text, x, y);
-    pen.globalAlpha = 1;
-    pen.fillStyle = colour;
+    Object.assign(pen, { fillStyle: colour, globalAlpha: 1 });
     pen.fillText(text, x, y);
   }
 
@@ -122,11 +110,8 @@ const stage = ((palette) => {
   /** A bar with its length in metres. */
   function drawScale(pen, height, length, scale) {
     const [left, right, y] = [14, 14 + length * scale, height - 18];
-    pen.strokeStyle = palette.ink;
-    pen.lineWidth = 2;
-    pen.beginPath();
-    [[left, y - 5], [left, y], [right, y], [right, y - 5]].forEach(([u, v]) => pen.lineTo(u, v));
-    pen.stroke();
+    line(pen, [[left, y - 5], [left, y], [right, y], [right, y - 5]]);
+    stroke(pen, palette.ink, 2);
     write(pen, `${Number(length.toPrecision(1))} m`, right + 8, y - 1, "left", palette.ink);
   }
 
