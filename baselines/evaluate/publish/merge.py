@@ -28,10 +28,8 @@ from baselines.rollout.commands import command
 from baselines.rollout.episodes import Episode, Label
 
 ROWS, SUMMARY, REPORT = "episodes.csv", "summary.json", "report.md"
-SAME = ("suite", "task", "set of episodes", "set of libraries")
-"""Entries of the provenance that must be the same in both runs."""
-ROUNDING = 1e-6
-"""Tolerance within which numbers of an episode are the same, relative and in m, rad and s."""
+SAME = ("suite", "task", "set of episodes", "set of libraries")  #: provenance of both runs
+ROUNDING = 1e-6  #: tolerance of equal numbers of an episode, relative and in m, rad and s
 
 
 def add(

@@ -4,7 +4,8 @@ They are made in the style of ``svg``. Arrays by policy have the shape (S, E) of
 episodes.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import chain, cycle
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ CELLS = 7  #: number of cells along each side of the plane of goals
 DASHED = (0, (3, 2))  #: style of the lines of failed episodes and of goals
 
 Spread = tuple[float, float]  #: mean and standard deviation
+Panels = Iterable[tuple[str, Axes, str]]  #: policies with their panels and colours
 
 
 def errors(
@@ -52,17 +54,14 @@ def errors(
     if reference is not None:
         height = max(height, 1.05 * sum(reference[0]))
         width = max(width, 1.2 * abs(reference[1][0]))
-    figure, axes_of = _panels(distance, 0.92, "heading error [rad]", "smallest distance [cm]")
-    colours = palette.by_policy(distance)
-    for policy, axes in axes_of.items():
+    figure, panels = _panels(distance, 0.92, "heading error [rad]", "smallest distance [cm]")
+    for policy, axes, colour in panels:
         _references(axes, tolerance, reference)
         x, y = heading[policy].ravel(), distance[policy].ravel()
         inside = (np.abs(x) <= width) & (y <= height)
-        done = success[policy].ravel()[inside]
-        _marks(axes, x[inside], y[inside], done, colours[policy])
+        _marks(axes, x[inside], y[inside], success[policy].ravel()[inside], colour)
         axes.set_title(policy)
-        outside = int((np.isfinite(y) & ~inside).sum())
-        if outside:
+        if outside := int((np.isfinite(y) & ~inside).sum()):
             axes.set_title(f"{outside} outside", loc="right", color=palette.GREY, fontsize=8)
         axes.set(xlim=(-width, width), ylim=(0.0, height))
     return figure
@@ -107,15 +106,14 @@ def goals(places: Float, success: Mapping[str, Bool], hull: Float, reach: float)
         hull: (n, 2) outline of the vessel at its initial pose, m.
         reach: largest distance of a goal along either axis, m.
     """
-    figure, axes_of = _panels(success, 1.0, "goal x [m]", "goal y [m]")
-    colours = palette.by_policy(success)
-    for policy, axes in axes_of.items():
+    figure, panels = _panels(success, 1.0, "goal x [m]", "goal y [m]")
+    for policy, axes, colour in panels:
         share = success[policy].mean(axis=0)
         if len(places) > SCATTERED:
-            _cells(axes, places, share, reach, colours[policy])
+            _cells(axes, places, share, reach, colour)
         else:
             reached, missed = places[share >= 0.5].T, places[share < 0.5].T
-            axes.plot(*reached, "o", ms=5.0, mew=0.0, color=colours[policy], alpha=0.8, zorder=3)
+            axes.plot(*reached, "o", ms=5.0, mew=0.0, color=colour, alpha=0.8, zorder=3)
             axes.plot(*missed, "x", ms=5.5, mew=1.4, color=palette.BLACK, zorder=4)
         _hull(axes, hull)
         axes.set_title(f"{policy}, {success[policy].mean():.1%}")
@@ -152,15 +150,13 @@ def paths(
         hull: (n, 2) outline of the vessel at its initial pose, m.
         goal: (n, 2) the outline at the goal, m; None where every episode has its own goal.
     """
-    figure, axes_of = _panels(paths, 1.0, "x [m]", "y [m]")
-    colours = palette.by_policy(paths)
-    points = [path for some in paths.values() for path in some]
-    points += [hull] if goal is None else [hull, goal]
-    low, high = (bound(np.concatenate(points), axis=0) for bound in (np.min, np.max))
-    for policy, axes in axes_of.items():
+    figure, panels = _panels(paths, 1.0, "x [m]", "y [m]")
+    points = np.concatenate([*chain(*paths.values()), hull, *([] if goal is None else [goal])])
+    low, high = points.min(axis=0), points.max(axis=0)
+    for policy, axes, own in panels:
         pixels = len(paths[policy]) > FEW // 10
         for path, done in zip(paths[policy], success[policy], strict=True):
-            colour, line = (colours[policy], "-") if done else (palette.GREY, DASHED)
+            colour, line = (own, "-") if done else (palette.GREY, DASHED)
             axes.plot(*path.T, color=colour, ls=line, lw=0.9, alpha=0.6, rasterized=pixels)
             if not done:
                 axes.plot(*path[-1], "x", color=palette.BLACK, ms=5.0, mew=1.2, zorder=4)
@@ -184,13 +180,8 @@ def _square(axes: Axes, centre: Float, half: float) -> None:
     axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half))
 
 
-def _panels(
-    policies: Collection[str], aspect: float, x: str, y: str
-) -> tuple[Figure, dict[str, Axes]]:
-    """Returns a figure with a panel a policy, each ``aspect`` times as high as it is wide.
-
-    The x axes of all panels are labelled, and the y axes of those in the first column.
-    """
+def _panels(policies: Collection[str], aspect: float, x: str, y: str) -> tuple[Figure, Panels]:
+    """Returns a figure with labelled panels, each ``aspect`` times as high as it is wide."""
     count = len(policies)
     columns = count if count <= COLUMNS else -(-count // 2)
     rows = -(-count // columns)
@@ -204,4 +195,4 @@ def _panels(
         panel.tick_params(labelbottom=True)
     for unused in axes[count:]:
         unused.remove()
-    return figure, dict(zip(policies, axes, strict=False))
+    return figure, zip(policies, axes, cycle(palette.SERIES), strict=False)

@@ -54,7 +54,7 @@ def content(results: Results, summary: Mapping[str, Any]) -> dict[str, Any]:
         (f"Compared with {results.policies[0]}", descriptions.comparisons(summary)),
         ("Compared with the control", descriptions.controls(summary)),
     )
-    provenance = summary["provenance"]
+    libraries = summary["provenance"]["set of libraries"]
     return {
         "summary": summary,
         "ran": _ran(results, summary),
@@ -65,8 +65,8 @@ def content(results: Results, summary: Mapping[str, Any]) -> dict[str, Any]:
         "broken": broken(results),
         "about_broken": BROKEN,
         "methods": METHODS,
-        "provenance": provenance,
-        "libraries": ", ".join(f"{k} {v}" for k, v in provenance["set of libraries"].items()),
+        "provenance": summary["provenance"],
+        "libraries": ", ".join(f"{name} {version}" for name, version in libraries.items()),
     }
 
 

@@ -102,14 +102,8 @@ def world(results: Results, cast: Cast, embedded: Mapping[str, Sequence[int]]) -
     shades: dict[str, Any] = {name: _css(getattr(scene, name.upper())) for name in SHADES}
     colours = palette.by_policy(results.policies)
     return {
-        "players": [
-            {"key": player.key, "label": player.label, "colour": colours[player.policy]}
-            for player in cast.players
-        ],
-        "policies": [
-            {"name": policy, "keys": [player.key for player in cast.of(policy)]}
-            for policy in results.policies
-        ],
+        "players": [{**vars(each), "colour": colours[each.policy]} for each in cast.players],
+        "policies": results.policies,
         "trivial": cast.trivial,
         "conditions": [_stage(each, len(embedded[each.name])) for each in results.suite.conditions],
         "palette": {**shades, "team": [_css(colour) for colour in scene.TEAM]},
@@ -140,10 +134,7 @@ def _css(colour: scene.Colour) -> str:
 
 
 def episodes(
-    condition: Condition,
-    cast: Cast,
-    found: Mapping[str, Mapping[int, PoseLog]],
-    seeds: Sequence[int],
+    condition: Condition, cast: Cast, found: Mapping[str, dict[int, PoseLog]], seeds: Sequence[int]
 ) -> dict[str, Any]:
     """Returns the data of the embedded episodes of a condition, whose logs are ``found``.
 

@@ -30,8 +30,7 @@ LABELLED = 2.5  #: smallest share of a cause whose bar has room for its number, 
 RAMP = ("#6f5a8e", "#96598c", "#b9607f", "#d1716d", "#dc8a5c", "#dca858", "#d3c56a")
 """Colours of the causes of failure: the darker, the earlier the episode went wrong."""
 POINTS = 121  #: number of times at which a profile is computed
-PERCENTILES = (5, 25, 50, 75, 95)
-"""Ends of the thin line and of the thick one, and the ring between them."""
+PERCENTILES = (5, 25, 50, 75, 95)  #: ends of the thin and of the thick line, the ring between
 
 
 def overview(
@@ -127,11 +126,11 @@ def times(durations: Mapping[str, Float], label: str, limit: float) -> Figure:
     Durations are in s, NaN where an episode has none; the axis has a label and a limit, s.
     """
     figure, axes = _single(HALF, HEIGHT)
-    colours = palette.by_policy(durations)
     rng = np.random.default_rng(0)  # scatters the marks of a row in height
-    for row, (policy, trainings) in enumerate(durations.items()):
+    rows = zip(durations.values(), cycle(palette.SERIES), strict=False)
+    for row, (trainings, colour) in enumerate(rows):
         present = trainings[np.isfinite(trainings)]
-        _spread(axes, row, present, colours[policy], rng)
+        _spread(axes, row, present, colour, rng)
         axes.annotate(
             f"{len(present)} of {trainings.size}", (1.0, row),
             xycoords=("axes fraction", "data"), xytext=(6, 0), textcoords="offset points",

@@ -67,7 +67,7 @@ def comparisons(summary: Mapping[str, Any]) -> Table:
         "episode; and McNemar's p that both succeed equally often."
     )
     heads = (CONDITION, POLICY, *COMPARING)
-    return tabulated("comparisons", caption, heads, _compared(summary, "comparisons"))
+    return tabulated("comparisons", caption, heads, _lines(summary, "comparisons"))
 
 
 def controls(summary: Mapping[str, Any]) -> Table:
@@ -77,7 +77,7 @@ def controls(summary: Mapping[str, Any]) -> Table:
         "episode by episode, with their 95 % intervals."
     )
     heads = (CONDITION, CONTROL, POLICY, *COMPARING)
-    return tabulated("controls", caption, heads, _compared(summary, "against_control"))
+    return tabulated("controls", caption, heads, _lines(summary, "against_control"))
 
 
 def of_condition(summary: Mapping[str, Any], condition: str) -> Table:
@@ -106,19 +106,12 @@ def in_order(causes: Iterable[str]) -> list[str]:
     return [*(cause for cause in CAUSES if cause in found), *sorted(found - set(CAUSES))]
 
 
-def _lines(summary: Mapping[str, Any]) -> list[Line]:
+def _lines(summary: Mapping[str, Any], comparisons: str | None = None) -> list[Line]:
+    """Returns the lines of all policies, or of those that have comparisons of a kind."""
     return [
-        Line(condition, policy, entry, entry["comparisons"].get(policy, {}))
+        Line(condition, policy, entry, entry[comparisons or "comparisons"].get(policy, {}))
         for condition, entry in summary["conditions"].items()
-        for policy in entry["policies"]
-    ]
-
-
-def _compared(summary: Mapping[str, Any], key: str) -> list[Line]:
-    return [
-        Line(condition, policy, entry, comparison)
-        for condition, entry in summary["conditions"].items()
-        for policy, comparison in entry[key].items()
+        for policy in entry[comparisons or "policies"]
     ]
 
 

@@ -8,8 +8,7 @@ MINUS, HYPHEN = "−", "-"
 BOUNDS = ("low", "high")  #: keys of the interval of an estimate in a summary
 KEYS = ("value", *BOUNDS)  #: keys of an estimate in a summary
 SMALLEST_P = 0.001  #: the p-value below which only this bound is given
-DECIMALS = {"cm": 2, "s": 1, "rad": 3}
-"""Number of decimals by unit; two where a unit is not listed."""
+DECIMALS = {"cm": 2, "s": 1, "rad": 3}  #: number of decimals by unit; two where not listed
 
 
 def share(value: float | None) -> str:

@@ -13,12 +13,8 @@ const choice = (() => {
 
   /** The episodes of a condition, parsed when they are first needed. */
   function episodes(condition) {
-    if (!blocks[condition]) {
-      const all = [...document.querySelectorAll("script[data-condition]")];
-      const found = all.find((script) => script.dataset.condition === condition);
-      blocks[condition] = JSON.parse(found.textContent);
-    }
-    return blocks[condition];
+    const script = `script[data-condition="${CSS.escape(condition)}"]`;
+    return (blocks[condition] ??= JSON.parse(document.querySelector(script).textContent));
   }
 
   /** What a player did in an episode, or null if it is not in the page. */
@@ -71,10 +67,11 @@ const choice = (() => {
 
   /** An episode with its outcome, policy by policy. */
   function describe(condition, seed) {
-    const marks = world.policies.map(({ name, keys }) => {
-      const found = keys.map((key) => take(condition, seed, key)).filter(Boolean);
+    const marks = world.policies.map((name) => {
+      const trainings = world.players.filter(({ policy }) => policy === name);
+      const found = trainings.map(({ key }) => take(condition, seed, key)).filter(Boolean);
       const done = found.filter(({ success }) => success).length;
-      if (keys.length > 1) return `${name} ${done}/${found.length}`;
+      if (trainings.length > 1) return `${name} ${done}/${found.length}`;
       return found.length ? `${name} ${done ? "✓" : "✗"}` : "";
     });
     return [seed, ...marks.filter(Boolean)].join("  ");
