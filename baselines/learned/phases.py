@@ -1,19 +1,10 @@
 """A policy of several networks: one approaches the vessel, others push it.
 
 Each network has a job that is learned in minutes to hours, and can be trained and evaluated alone.
-As in the scripted policy a team is in one of two states, and these events change it:
+As in the scripted policy a team is in one of two states: it begins to PUSH where closure is formed.
+Three events also change its state: START, RETRY and GO_ROUND.
 
-=============  ==========  ==============================================  ==============
-event          in state    when                                            leads to
-=============  ==========  ==============================================  ==============
-``START``      any         an episode begins                               first attempt
-``RETRY``      any         patience is exhausted                           next attempt
-``RETRY``      PUSH        a boat is far from the vessel                   next attempt
-``GO_ROUND``   APPROACH    closure is formed with the goal behind the team same attempt
-(closure)      APPROACH    closure is formed otherwise                     PUSH
-=============  ==========  ==============================================  ==============
-
-After each of the three events the team selects the side from which it pushes again, and begins
+After each of these the team selects the side from which it pushes again, and begins
 with PUSH where the vessel is in closure there, with APPROACH elsewhere.
 """
 
@@ -30,7 +21,10 @@ from baselines.learned.network import Layers, Metadata, NetworkMemory, NetworkPo
 from baselines.mirror import PushSide, goal_lateral_offset, view
 
 APPROACH, PUSH = range(2)  #: states of a team
-NOTHING, START, RETRY, GO_ROUND = range(4)  #: events
+NOTHING = 0  #: no event
+START = 1  #: an episode begins, with the first attempt
+RETRY = 2  #: the next attempt: patience is exhausted, or in PUSH a boat is far from the vessel
+GO_ROUND = 3  #: in the same attempt an approach ends with the goal behind the team
 BEHIND = 0.1  #: distance on the team's side beyond which a goal is behind, vessel lengths
 FAR = 2.0  #: distance from the vessel at which a boat is lost for a push, vessel lengths
 
@@ -93,7 +87,8 @@ class PhasedPolicy:
         if (behind := self._goal_is_behind(seen, memory, event)).any():
             event[behind] = GO_ROUND
             seen, push_side = view(self._params, sensed, push_side, event != NOTHING)
-        state = _next_state(seen, memory, event)
+        pushes_on = (memory.state == PUSH) & (event == NOTHING)
+        state = np.where(seen.closed | pushes_on, PUSH, APPROACH)
         attempt = np.where(event == START, 0, memory.attempt + (event == RETRY))
         changed = (event != NOTHING) | (state != memory.state)
         action, networks = self._act(seen, self._network(state, attempt), memory, changed)
@@ -127,12 +122,6 @@ class PhasedPolicy:
         decided = [network.act(seen, observation, before, changed) for network, before in pairs]
         actions, memories = zip(*decided, strict=True)
         return np.stack(actions)[acting, np.arange(len(acting))], list(memories)
-
-
-def _next_state(seen: Sensed, memory: PhaseMemory, event: Int) -> Int:
-    """Returns the state (W,) of each team after an event."""
-    pushes_on = (memory.state == PUSH) & (event == NOTHING)
-    return np.where(seen.closed | pushes_on, PUSH, APPROACH)
 
 
 def _of_team(phases: Sequence[Phase], num_boats: int) -> Sequence[Phase]:

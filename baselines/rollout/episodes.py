@@ -66,12 +66,12 @@ off when it was nearest; it was there, but not at rest."""
 
 @dataclass(frozen=True)
 class Trajectory:
-    """One episode of T steps, step by step."""
+    """One episode of T steps, with A boats, B = 1 + A bodies (the vessel first) and K features."""
 
-    observation: Observation  #: (T + 1, A, K) float32, that at the end included
+    observation: Observation  #: (T + 1, A, K) float32 of each boat, the last at the end
     action: Action  #: (T, A, 2) float32 in [-1, 1]
-    reward: Float  #: (T, A)
-    motion: Float  #: (T + 1, B, 6) true motion; see ``State``
+    reward: Float  #: (T, A), float32 in files
+    motion: Float  #: (T + 1, B, 6) true x, y m, heading rad, vx, vy m/s, yaw rate rad/s
     working: Bool  #: (T + 1, A) whether a boat's thrusters work
     goal: Float  #: (T + 1, 3) m, m, rad
     terminated: bool  #: whether success or straying ended the episode, not the time limit

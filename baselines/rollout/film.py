@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 from asv_env.params import EnvParams
 from asv_env.render import video
 from asv_env.render.viewer import Frame, Viewer
 from asv_env.simulation import Simulation
-from asv_env.types import State
 from baselines.policy import MakePolicy
 from baselines.rollout.loop import rollout
 
@@ -31,11 +31,5 @@ def frames(make_policy: MakePolicy, params: EnvParams, seed: int) -> Iterator[Fr
     simulation, viewer = Simulation(params), Viewer(params, size=SIZE)
     for tick in rollout(simulation, make_policy(params).act, [seed]):
         if tick.state.tick[0] % EVERY == 0:
-            yield _frame(viewer, tick.state)
-    yield from [_frame(viewer, simulation.state)] * LAST
-
-
-def _frame(viewer: Viewer, state: State) -> Frame:
-    frame = viewer.draw(state)
-    assert frame is not None
-    return frame
+            yield cast(Frame, viewer.draw(tick.state))
+    yield from [cast(Frame, viewer.draw(simulation.state))] * LAST

@@ -48,7 +48,8 @@ def dependencies(modules: Sequence[str], tree: Path = TREE) -> dict[str, str]:
         if file is not None and name not in found:
             package = name if file.name == "__init__.py" else name.rpartition(".")[0]
             found[name], imports = _read(file.read_text(encoding="utf-8"), package)
-            waiting += [_module(imported, tree) for imported in imports]
+            for imported in imports:  # a module, or a name in one
+                waiting.append(imported if _file(imported, tree) else imported.rpartition(".")[0])
     return found
 
 
@@ -68,18 +69,15 @@ def _file(name: str, tree: Path) -> Path | None:
     return next((file for file in files if file.exists()), None)
 
 
-def _module(imported: str, tree: Path) -> str:
-    """Returns the module of what is imported: itself, or that in which the name is."""
-    return imported if _file(imported, tree) else imported.rpartition(".")[0]
+class _WithoutTexts(ast.NodeTransformer):
+    def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
+        return None if isinstance(node.value, ast.Constant) else node
 
 
 @cache
 def _read(source: str, package: str) -> tuple[str, tuple[str, ...]]:
     """Returns the instructions of a module, and the dotted names of what it imports."""
-    parsed = ast.parse(source)
-    for node in ast.walk(parsed):
-        if isinstance(getattr(node, "body", None), list):
-            node.body = [one for one in node.body if not _is_text(one)]  # type: ignore[attr-defined]
+    parsed = _WithoutTexts().visit(ast.parse(source))
     return ast.dump(parsed), tuple(_imports(parsed, package))
 
 
@@ -93,13 +91,6 @@ def _imports(parsed: ast.Module, package: str) -> Iterator[str]:
             yield from (f"{base}.{alias.name}" for alias in node.names)
         elif isinstance(node, ast.Constant) and (lazy := LAZY.fullmatch(str(node.value))):
             yield lazy[1]
-
-
-def _is_text(statement: ast.AST) -> bool:
-    match statement:
-        case ast.Expr(ast.Constant(str())):
-            return True
-    return False
 
 
 def versions(libraries: Iterable[str]) -> dict[str, str]:

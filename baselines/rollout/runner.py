@@ -108,16 +108,13 @@ class _Recorder:
 
     def add(self, tick: Tick, after: State) -> None:
         """Keeps what a log wants of one step; ``after`` is the state after it."""
-        world = self._world
-        if tick.state.tick[world] % POSE_LOG_EVERY == 0:
+        if tick.state.tick[self._world] % POSE_LOG_EVERY == 0:
             self._keep_poses(tick.state)
-        if not after.working[world].all():
-            now = after.tick[world] / self._params.clock.control
-            failed_at = np.where(after.working[world], np.inf, now)
-            self._failed_at = np.minimum(self._failed_at, failed_at)
+        now, failed = after.tick[self._world] / self._params.clock.control, self._failed_at
+        np.minimum(failed, now, out=failed, where=~after.working[self._world])
         if self._record:
-            self._keep_state(tick.state, tick.observation)
-            self._keep(action=np.clip(tick.action[world], -1, 1), reward=tick.step.reward[world])
+            action = np.clip(tick.action, -1, 1)
+            self._keep(tick.state, tick.observation, action=action, reward=tick.step.reward)
 
     def log(self, tick: Tick, after: State, ended: dict[str, Any]) -> PoseLog:
         """Returns the log of the episode, whose last tick it was; see ``episodes.row``."""
@@ -128,7 +125,7 @@ class _Recorder:
         row = episodes.row(self._label, self._params, ended, goal, after.side[world])
         trajectory = None
         if self._record and not row.error:
-            self._keep_state(after, tick.step.observation)
+            self._keep(after, tick.step.observation)
             arrays = {name: np.array(values) for name, values in self._steps.items()}
             terminated = bool(tick.step.ending.terminated[world])
             trajectory = Trajectory(**arrays, terminated=terminated)
@@ -137,14 +134,10 @@ class _Recorder:
     def _keep_poses(self, state: State) -> None:
         self._poses.append(state.motion[self._world, :, :3].copy())
 
-    def _keep_state(self, state: State, observation: Observation) -> None:
-        world = self._world
-        self._keep(observation=observation[world], motion=state.motion[world])
-        self._keep(working=state.working[world], goal=state.goal[world])
-
-    def _keep(self, **values: Any) -> None:
-        for name, value in values.items():
-            self._steps[name].append(np.copy(value))
+    def _keep(self, state: State, observation: Observation, **step: Float) -> None:
+        truth = {name: getattr(state, name) for name in ("motion", "working", "goal")}
+        for name, values in {"observation": observation, **truth, **step}.items():
+            self._steps[name].append(values[self._world].copy())
 
 
 def _run(

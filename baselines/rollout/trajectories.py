@@ -1,22 +1,9 @@
 """Episodes as trajectories, for imitation and offline learning.
 
 Each is a compressed NPZ of its own, ``CONDITION/POLICY/SEED.npz`` in the folder ``trajectories``
-(``CONDITION/POLICY/N/SEED.npz`` for training N of several), with these arrays; T steps, A boats,
-B = 1 + A bodies (the vessel first), K features:
-
-==================  ======================  ========================================================
-``observation``     (T + 1, A, K) float32   what each boat observed; the last at the end
-``action``          (T, A, 2) float32       in [-1, 1]
-``reward``          (T, A) float32
-``motion``          (T + 1, B, 6) float64   the true state: x, y m, heading rad, vx, vy m/s,
-                                            yaw rate rad/s
-``working``         (T + 1, A) bool         whether a boat's thrusters work
-``goal``            (T + 1, 3) float64      m, m, rad
-``terminated``      () bool                 whether success or straying ended it, not the time limit
-``about``           () text                 metadata, JSON: the episode's row, the purpose of its
-                                            seed, names and version of the observation's features,
-                                            the action mode, the control rate in Hz
-==================  ======================  ========================================================
+(``CONDITION/POLICY/N/SEED.npz`` for training N of several). Its arrays are the fields of
+``Trajectory``, and ``about``, () text, metadata in JSON: the episode's row, the purpose of its
+seed, names and version of the observation's features, the action mode, the control rate in Hz.
 
 ``reward[t]`` and ``observation[t + 1]`` follow from ``action[t]`` at ``observation[t]``.
 """

@@ -63,7 +63,10 @@ class GraspController:
         self._begin(relations.boat, waypoint, sensed, memory, begins)
         bow, hull, velocity = self._velocities(relations, memory)
         self._docking.update_team(relations, waypoint, sensed, memory)
-        target = np.where(memory.descending[:, None], self._holding_position(sensed.slot), waypoint)
+        at_side = np.abs(sensed.slot.real) < self._half_length
+        off_hull = np.where(at_side, 1j, np.sign(sensed.slot.real))
+        holding_position = sensed.slot + gains.standoff * off_hull
+        target = np.where(memory.descending[:, None], holding_position, waypoint)
         failed = ~sensed.working & (relations.boat.imag < self._row)
         target += sidestep(target, relations.boat, failed, self._boat.width, self._max_sidestep)
         gap = target - relations.boat
@@ -95,11 +98,6 @@ class GraspController:
         memory.due[new] = sensed.tick[new] + longest / self._gains.cruise_speed * self._hz
         memory.descending[new] = memory.astern[new] = False
         memory.drift[new] = 0.0
-
-    def _holding_position(self, slot: Complex) -> Complex:
-        """Returns where boats wait for closure (W, A): slots, a little off the side or end."""
-        at_side = np.abs(slot.real) < self._half_length
-        return slot + self._gains.standoff * np.where(at_side, 1j, np.sign(slot.real))
 
     def _velocities(
         self, relations: Relations, memory: GraspMemory

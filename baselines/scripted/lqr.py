@@ -52,8 +52,12 @@ class PreviewLqr:
         self._feedback = np.zeros((len(SPEEDS), 2, 4))
         self._preview = np.zeros((len(SPEEDS), 2, PREVIEW_POINTS))
         weighted = np.linalg.solve(control_cost, control.T)
+        hull = vessel.linearised(SLIP, YAW_RATE)
+        surge, yaw = hull.surge[0] / vessel.total_mass, hull.yaw[0] / vessel.total_inertia
         for i, speed in enumerate(SPEEDS):
-            dynamics = _dynamics(vessel, speed)
+            position = [0.0, speed, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]
+            velocity = [0.0, 0.0, -surge, -speed], [0.0, 0.0, 0.0, -yaw]
+            dynamics = np.array([*position, *velocity])
             cost = solve_continuous_are(dynamics, control, state_cost, control_cost)
             self._feedback[i] = weighted @ cost
             closed_loop = (dynamics - control @ self._feedback[i]).T
@@ -76,12 +80,3 @@ class PreviewLqr:
         feedback = self._feedback[low] * (1 - weight) + self._feedback[low + 1] * weight
         preview = self._preview[low] * (1 - weight) + self._preview[low + 1] * weight
         return -(feedback @ deviation[..., None] + preview @ curvature[..., None])[..., 0]
-
-
-def _dynamics(vessel: VesselParams, speed: float) -> Float:
-    """Returns the matrix A (4, 4) of a vessel at a speed (m/s), linearised about the path."""
-    hull = vessel.linearised(SLIP, YAW_RATE)
-    surge, yaw = hull.surge[0] / vessel.total_mass, hull.yaw[0] / vessel.total_inertia
-    position = [0.0, speed, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]
-    velocity = [0.0, 0.0, -surge, -speed], [0.0, 0.0, 0.0, -yaw]
-    return np.array([*position, *velocity])
