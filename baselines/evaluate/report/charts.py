@@ -23,16 +23,13 @@ from baselines.rollout.episodes import PoseLog
 
 @dataclass(frozen=True)
 class Chart:
-    """A figure with a heading and a caption that says how to read it.
+    """A figure with a heading and a caption."""
 
-    Its name, letters and hyphens, is unique in its section. A wide one takes the whole page.
-    """
-
-    name: str
-    title: str
+    name: str  #: letters and hyphens, unique in its section
+    title: str  #: heading
     figure: Figure
-    caption: str
-    wide: bool = True
+    caption: str  #: how to read it
+    wide: bool = True  #: whether it takes the whole width of the page
 
 
 def overview(results: Results, summary: Mapping[str, Any]) -> Chart:
@@ -71,8 +68,7 @@ def of_condition(
     """Yields the charts of one condition, given the logs to be replayed by policy."""
     yield _profile(results, condition)
     yield _times(results, condition)
-    if failed := _failures(results, condition):
-        yield failed
+    yield from _failures(results, condition)
     if condition.params.definition.has_goal:
         yield _errors(results, condition)
         if condition.params.task.goal is None and results.suite.episodes > 1:
@@ -92,30 +88,29 @@ def _profile(results: Results, condition: Condition) -> Chart:
 
 
 def _times(results: Results, condition: Condition) -> Chart:
-    event = "goal" if condition.params.definition.has_goal else "closure"
-    label = f"time to {event}"
+    label = "time to goal" if condition.params.definition.has_goal else "time to closure"
     caption = (
         f"The {label} of the episodes that have one, with their number at the right. Dots: "
         "episodes (their height means nothing); below them the median (ring) and the range of the "
         "middle 50 % (thick) and 90 % (thin)."
     )
-    columns = results.by_policy(results.column, condition.name, f"time_to_{event}")
+    columns = results.by_policy(results.column, condition.name, label.replace(" ", "_"))
     figure = single_panel.times(columns, label, condition.params.task.time_limit)
     return Chart("times", label.capitalize(), figure, caption, wide=False)
 
 
-def _failures(results: Results, condition: Condition) -> Chart | None:
-    """Returns the chart of the causes of failure; None where no episode failed."""
+def _failures(results: Results, condition: Condition) -> Iterator[Chart]:
+    """Yields the chart of the causes of failure, if any episode failed."""
     rows = {p: list(chain(*results.rows[condition.name, p])) for p in results.policies}
     counts = {p: Counter(row.cause for row in some if row.cause) for p, some in rows.items()}
     if not any(counts.values()):
-        return None
+        return
     caption = (
         "Failed episodes by cause, each excluding those before it: the darker, the earlier the "
         "episode went wrong. Numbers count episodes."
     )
     figure = single_panel.failures(counts, {policy: len(some) for policy, some in rows.items()})
-    return Chart("failures", "Failures by cause", figure, caption)
+    yield Chart("failures", "Failures by cause", figure, caption)
 
 
 def _errors(results: Results, condition: Condition) -> Chart:
@@ -147,8 +142,8 @@ def _spread(pair: tuple[float, float]) -> str:
 
 def _goals(results: Results, condition: Condition) -> Chart:
     first = results.policies[0]
-    columns = [results.column(condition.name, first, name)[0] for name in ("goal_x", "goal_y")]
-    places = np.stack(columns, axis=-1)
+    x, y = (results.column(condition.name, first, name)[0] for name in ("goal_x", "goal_y"))
+    places = np.stack([x, y], axis=-1)
     success = results.by_policy(results.success, condition.name)
     caption = "Positions of the goals relative to the vessel's initial pose (grey, to scale). "
     if len(places) > policy_panels.SCATTERED:

@@ -11,6 +11,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import descriptions, formats
 
@@ -61,7 +62,7 @@ def content(results: Results, summary: Mapping[str, Any]) -> dict[str, Any]:
         "policies": {name: _policy(name, of) for name, of in summary["policies"].items()},
         "tables": [descriptions.results(summary), descriptions.measures(summary)],
         "comparisons": [(heading, shown) for heading, shown in compared if shown.rows],
-        "conditions": _conditions(results, summary),
+        "conditions": [_condition(each, summary) for each in results.suite.conditions],
         "broken": broken(results),
         "about_broken": BROKEN,
         "methods": METHODS,
@@ -89,22 +90,17 @@ def _policy(name: str, fingerprints: Sequence[str]) -> str:
     return "part of this package" if first == name else f"{first}, part of this package"
 
 
-def _conditions(results: Results, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Returns of each condition its name, a description, its successes and all its measures."""
-    described = []
-    for each in results.suite.conditions:
-        boats, control = _counted(each.params.num_boats, "boat"), each.control
-        parts = (each.about, boats, f"task {each.task_name}", control and f"control {control}")
-        policies = summary["conditions"][each.name]["policies"]
-        described.append(
-            {
-                "name": each.name,
-                "about": "; ".join(filter(None, parts)),
-                "shares": {p: formats.share(policies[p]["success"]["value"]) for p in policies},
-                "table": descriptions.of_condition(summary, each.name),
-            }
-        )
-    return described
+def _condition(each: Condition, summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the name of a condition, a description, its successes and all its measures."""
+    boats, control = _counted(each.params.num_boats, "boat"), each.control
+    parts = (each.about, boats, f"task {each.task_name}", control and f"control {control}")
+    policies = summary["conditions"][each.name]["policies"]
+    return {
+        "name": each.name,
+        "about": "; ".join(filter(None, parts)),
+        "shares": {p: formats.share(policies[p]["success"]["value"]) for p in policies},
+        "table": descriptions.of_condition(summary, each.name),
+    }
 
 
 def broken(results: Results) -> list[str]:

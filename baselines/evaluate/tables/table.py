@@ -42,8 +42,7 @@ class Table:
     @property
     def groups(self) -> list[tuple[str, list[Column]]]:
         """Adjacent columns by the heading that they have in common, which may be empty."""
-        pairs = groupby(self.columns, key=lambda column: column.group)
-        return [(group, list(some)) for group, some in pairs]
+        return [(group, list(some)) for group, some in groupby(self.columns, lambda c: c.group)]
 
     @property
     def bodies(self) -> list[list[list[tuple[Column, str]]]]:

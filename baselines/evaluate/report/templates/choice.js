@@ -33,19 +33,16 @@ const choice = (() => {
     return { condition: conditions[condition], player, take: found, poses: values };
   }
 
-  function fillSelect(select, options) {
-    select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
-  }
-
   /** Fills in everything but the episodes, which depend on the condition. */
   function fill() {
     const labels = world.players.map(({ key, label }) => [key, label]);
     const titles = world.conditions.map(
       ({ name, about }) => [name, [name, about].filter(Boolean).join(": ")],
     );
-    fillSelect(control.condition, titles);
-    fillSelect(control.left, labels);
-    fillSelect(control.right, [...labels, [NONE, "none"]]);
+    const options = { condition: titles, left: labels, right: [...labels, [NONE, "none"]] };
+    for (const [name, pairs] of Object.entries(options)) {
+      control[name].replaceChildren(...pairs.map(([value, text]) => new Option(text, value)));
+    }
     control.right.value = labels[1]?.[0] ?? NONE;
   }
 

@@ -13,8 +13,7 @@ const poses = ((units) => {
     const bytes = await inflate(packed);
     const count = bytes.length / 2;
     const values = new Float32Array(count);
-    let step = 0;
-    let value = 0;
+    let [step, value] = [0, 0];
     for (let k = 0; k < count; k += 1) {
       if (k % frames === 0) step = value = 0;
       const unsigned = bytes[k] | (bytes[count + k] << 8);
@@ -43,10 +42,8 @@ const poses = ((units) => {
   function path(film, time) {
     const { take, condition, poses: values } = film;
     const last = Math.min(Math.floor(time / condition.step), take.frames - 2);
-    const points = [];
-    for (let k = 0; k <= last; k += 1) points.push([values[k], values[take.frames + k]]);
-    points.push(at(film, 0, time));
-    return points;
+    const frame = (_, k) => [values[k], values[take.frames + k]];
+    return [...Array.from({ length: last + 1 }, frame), at(film, 0, time)];
   }
 
   return { unpack, at, path };

@@ -82,17 +82,12 @@
   /** A bar below the time line: pale before closure, solid until the end of the episode. */
   function lane({ condition, take, player }) {
     const closure = condition.grasped ? 0 : take.closure ?? take.end;
-    const bars = [["before", 0, closure], ["after", closure, take.end]].map(([kind, from, to]) => {
-      const bar = document.createElement("span");
-      bar.className = kind;
-      bar.style.left = `${100 * from / state.end}%`;
-      bar.style.width = `${100 * (to - from) / state.end}%`;
-      return bar;
-    });
+    const bar = (kind, from, to) => `<span class="${kind}" style="left:
+      ${100 * from / state.end}%; width: ${100 * (to - from) / state.end}%"></span>`;
     const element = document.createElement("div");
     element.className = "lane";
     element.style.setProperty("--colour", player.colour);
-    element.append(...bars);
+    element.innerHTML = bar("before", 0, closure) + bar("after", closure, take.end);
     return element;
   }
 
