@@ -21,8 +21,7 @@ from stopwatch import Stopwatch
 from asv_env.physics.basin import Basin
 from asv_env.physics.dynamics import Dynamics
 from train.config import Config
-from train.sb3.buffer import TorchRolloutBuffer
-from train.sb3.ppo import Learner
+from train.sb3.ppo import Learner, TorchRolloutBuffer
 from train.sb3.vec_env import TrainingVecEnv
 from train.sections import WorldOptions
 

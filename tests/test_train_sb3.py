@@ -17,11 +17,9 @@ from baselines.learned import policy_file
 from train import actors
 from train.run import Run
 from train.sb3 import policies, training
-from train.sb3.buffer import TorchRolloutBuffer
-from train.sb3.ppo import Learner
-from train.sb3.residual import ResidualVecEnv
+from train.sb3.ppo import Learner, TorchRolloutBuffer
 from train.sb3.training import Callback
-from train.sb3.vec_env import TrainingVecEnv
+from train.sb3.vec_env import ResidualVecEnv, TrainingVecEnv
 
 
 def test_a_central_critic_changes_what_the_critic_sees_alone(tmp_path):

@@ -29,7 +29,6 @@ from train.sections import (
     WorldOptions,
 )
 
-Engine = Literal["sb3", "rllib"]
 SEEDS_PER_RUN = 10**6  #: number of training seeds that each run has for itself
 NOT_LEARNED = ("out", "overwrite", "tracking", "compute")  #: they change rounding at most
 
@@ -39,7 +38,7 @@ class Config:
     """Train a policy that all boats share; the same command resumes a run that was stopped."""
 
     task: str = "push"  #: name of the task, or "module:NAME"
-    engine: Engine = "sb3"  #: library: stable-baselines3, or Ray RLlib, also on a cluster
+    engine: Literal["sb3", "rllib"] = "sb3"  #: stable-baselines3, or Ray RLlib, also on a cluster
     seed: int = 0  #: seed of the run, from 0; the seeds of its worlds follow from it
     out: Path | None = None  #: folder of the run; by default runs/train/TASK-ENGINE-SEED
     overwrite: bool = False  #: start again where the folder holds a run

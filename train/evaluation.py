@@ -1,7 +1,7 @@
 """Scores of a policy while it is trained, on development seeds, and ``curve.csv``, their file."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 
@@ -84,7 +84,7 @@ def read_curve(file: Path) -> pd.DataFrame:
 
 def append_to_curve(file: Path, scores: Sequence[Score]) -> None:
     """Adds the rows of an evaluation."""
-    before, new = read_curve(file), pd.DataFrame(map(asdict, scores))
+    before, new = read_curve(file), pd.DataFrame(scores)
     _write_curve(file, pd.concat([before, new]) if len(before) else new)
 
 

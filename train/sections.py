@@ -12,8 +12,6 @@ from asv_env.presets import SCENARIOS
 from asv_env.sensing import observation
 from baselines.rollout import seeds
 
-Activation = Literal["relu", "tanh"]
-Critic = Literal["own", "central"]
 CONTROL_RATE = ClockParams().control  #: rate at which the scripted policy decides, Hz
 LEAST_RATE = 0.1  #: fraction of the learning rates that is left at the end where they are annealed
 
@@ -151,11 +149,11 @@ class NetworkOptions:
     """Actor and critic."""
 
     hidden: tuple[int, ...] = (128, 128)  #: sizes of the hidden layers of actor and critic
-    activation: Activation = "relu"  #: activation after each hidden layer
+    activation: Literal["relu", "tanh"] = "relu"  #: activation after each hidden layer
     log_std_init: float = -3.0  #: logarithm of the actions' standard deviation when PPO begins
     log_std_min: float = -10.0  #: smallest logarithm of the actions' standard deviation during PPO
     residual: float = 0.0  #: part of a full action by which the actor corrects the scripted policy
-    critic: Critic = "own"  #: what it sees: as its boat (own), the world's state too (central)
+    critic: Literal["own", "central"] = "own"  #: sees what its boat does, or the world's state too
 
     def __post_init__(self) -> None:
         if not self.hidden or min(self.hidden) < 1:

@@ -7,12 +7,13 @@ import numpy as np
 import torch
 from gymnasium.spaces import Box
 from stable_baselines3 import PPO
+from stable_baselines3.common.buffers import RolloutBuffer
+from stable_baselines3.common.type_aliases import RolloutBufferSamples
 from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecEnv
 
 from train.config import Config
 from train.keep_best import Status
-from train.sb3.buffer import TorchRolloutBuffer
 from train.sb3.policies import policy_class
 from train.sections import LEAST_RATE
 
@@ -22,6 +23,21 @@ RATES = (1e-6, 1e-3)  #: smallest and largest learning rate of the actor
 STATS_WINDOW = 2048  #: ends of boats' episodes over which returns and success are averaged
 SAME_NAMES = "learning_rate gamma gae_lambda ent_coef vf_coef max_grad_norm target_kl"
 """Options that stable-baselines3 calls as CleanRL does."""
+
+
+class TorchRolloutBuffer(RolloutBuffer):
+    """Gathers minibatches by torch, in a third of the time that NumPy takes."""
+
+    def _get_samples(self, batch_inds: np.ndarray, env: Any = None) -> RolloutBufferSamples:
+        rows = torch.from_numpy(batch_inds)
+        seen, actions, *others = (
+            torch.from_numpy(column).index_select(0, rows)
+            for column in (
+                *(self.observations, self.actions, self.values),
+                *(self.log_probs, self.advantages, self.returns),
+            )
+        )
+        return RolloutBufferSamples(seen, actions, *(column.flatten() for column in others))
 
 
 class Learner(PPO):
