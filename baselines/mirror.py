@@ -33,8 +33,7 @@ def mirror_image(sensed: Sensed, side: Float) -> Sensed:
 def goal_lateral_offset(sensed: Sensed) -> Float:
     """Returns how far the goal lies to the +n side of the estimated vessel (W,), m."""
     vessel = sensed.estimate[:, 0]
-    goal = (plane(sensed.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
-    return goal.imag
+    return ((plane(sensed.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])).imag
 
 
 @dataclass

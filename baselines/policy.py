@@ -79,7 +79,7 @@ class Random:
     def act(
         self, sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
     ) -> tuple[Action, Any]:
-        """See ``Policy.act``. Remembers a Generator for each world."""
+        """See ``Policy.act``; the memory is a Generator for each world."""
         worlds, team = sensed.slot.shape
         rngs = memory or [None] * worlds
         for world in map(int, np.flatnonzero(fresh | (memory is None))):

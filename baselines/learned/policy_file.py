@@ -1,13 +1,9 @@
 """Policy files: the networks of a learned policy, what each was made for, and a model card.
 
 A file is an NPZ. ``phase_i_weight_j`` (inputs, outputs) and ``phase_i_bias_j`` (outputs,) are the
-layers of network i; ``policy`` is a JSON text:
-
-==============  ==================================================================================
-``format``      ``FORMAT``
-``phases``      of each network ``metadata``, ``patience`` and ``team_size``; see ``Phase``
-``model_card``  where the policy comes from: options, steps, seeds, scores; free of form
-==============  ==================================================================================
+layers of network i. ``policy`` is a JSON text: ``format`` is ``FORMAT``; ``phases`` are the
+``metadata``, ``patience`` and ``team_size`` of each network, see ``Phase``; ``model_card`` tells
+where the policy comes from (options, steps, seeds, scores) in any form.
 
 Nothing in it is code: a file from a stranger can be read safely.
 

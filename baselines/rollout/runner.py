@@ -109,7 +109,7 @@ class _Recorder:
     def add(self, tick: Tick, after: State) -> None:
         """Keeps what a log wants of one step; ``after`` is the state after it."""
         if tick.state.tick[self._world] % POSE_LOG_EVERY == 0:
-            self._keep_poses(tick.state)
+            self._poses.append(tick.state.motion[self._world, :, :3].copy())
         now, failed = after.tick[self._world] / self._params.clock.control, self._failed_at
         np.minimum(failed, now, out=failed, where=~after.working[self._world])
         if self._record:
@@ -119,7 +119,7 @@ class _Recorder:
     def log(self, tick: Tick, after: State, ended: dict[str, Any]) -> PoseLog:
         """Returns the log of the episode, whose last tick it was; see ``episodes.row``."""
         world = self._world
-        self._keep_poses(after)
+        self._poses.append(after.motion[world, :, :3].copy())
         goal = after.goal[world].copy()
         ended["duration"] = after.tick[world].item() / self._params.clock.control
         row = episodes.row(self._label, self._params, ended, goal, after.side[world])
@@ -130,9 +130,6 @@ class _Recorder:
             terminated = bool(tick.step.ending.terminated[world])
             trajectory = Trajectory(**arrays, terminated=terminated)
         return PoseLog(row, np.array(self._poses), goal, self._failed_at, trajectory)
-
-    def _keep_poses(self, state: State) -> None:
-        self._poses.append(state.motion[self._world, :, :3].copy())
 
     def _keep(self, state: State, observation: Observation, **step: Float) -> None:
         truth = {name: getattr(state, name) for name in ("motion", "working", "goal")}

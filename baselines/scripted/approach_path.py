@@ -81,13 +81,10 @@ class ApproachPath:
         return above | (2 * np.abs(offset.real) <= CAPTURE + offset.imag)
 
     def _spiral_down(self, boat: Complex, target: Complex) -> tuple[Complex, Float]:
-        """Returns direction and length of the spiral to the entry point and the descent below it.
-
-        The entry point sinks with a boat that is lower, and is in front of one that is near it or
-        next to the hull, so that its bearing is never singular.
-        """
+        """Returns direction and length of the spiral to the entry point and the descent below."""
         height = np.minimum(boat.imag, self._entry)
         offset = boat - target.real - 1j * height
+        # The entry point stays in front of a boat, so that its bearing is never singular.
         ahead = np.maximum(CAPTURE - np.abs(offset), 0.0) + np.maximum(self._clear - boat.imag, 0.0)
         offset = offset + 1j * ahead
         alpha = np.arctan2(offset.imag, offset.real)

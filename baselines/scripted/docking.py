@@ -83,8 +83,3 @@ class Docking:
         slope = gap.real / (gains.lookahead + gains.lookahead_time * np.abs(down))
         slope = np.clip(slope, -MAX_SLOPE, MAX_SLOPE)
         return (np.abs(down) * slope - 1j * down) / np.hypot(1.0, slope)
-
-    def heading(self, velocity: Complex, astern: Bool) -> Complex:
-        """Returns directions (W, A), of any length, to which docking boats turn: to the hull."""
-        velocity = np.where(astern, -velocity, velocity)
-        return velocity.real + 1j * np.minimum(velocity.imag, -self._gains.pointing_speed)

@@ -79,7 +79,9 @@ class GraspController:
         speed = ((wanted + hull) * bow.conj()).real
         speed = np.where(docks, speed, np.maximum(speed, 0.0))  # Others turn before they go.
         aim = wanted - memory.drift + gains.velocity_gain * (wanted - velocity)
-        aim = np.where(docks, self._docking.heading(aim, memory.astern), aim)
+        aim = np.where(docks & memory.astern, -aim, aim)  # Docking boats point to the hull.
+        to_hull = aim.real + 1j * np.minimum(aim.imag, -gains.pointing_speed)
+        aim = np.where(docks, to_hull, aim)
         turn = aim * bow.conj()
         return np.stack([speed, gains.heading_gain * np.arctan2(turn.imag, turn.real)], axis=-1)
 
@@ -102,16 +104,14 @@ class GraspController:
     def _velocities(
         self, relations: Relations, memory: GraspMemory
     ) -> tuple[Complex, Complex, Complex]:
-        """Returns bows, velocities of the hull at them, and theirs past it, (W, A), vessel frame.
-
-        Updates ``memory.drift``, of which a boat notices what is across its bow, less its skid.
-        """
+        """Returns bows, the hull's velocities there, and the boats' past it, (W, A), its frame."""
         to_vessel = relations.heading[:, :1].conj()
         bow = relations.heading[:, 1:] * to_vessel
         turn = relations.yaw_rate[:, :1]
         hull = relations.velocity[:, :1] * to_vessel + 1j * turn * relations.boat
         velocity = relations.velocity[:, 1:] * to_vessel - hull
         skid = self._sway_time * (velocity * bow.conj()).real * (relations.yaw_rate[:, 1:] - turn)
+        # A boat notices the drift across its bow, less its skid.
         innovation = ((velocity - memory.drift) * bow.conj()).imag + skid
         gain = 1.0 / (1.0 + self._gains.drift_time * self._hz)
         memory.drift = memory.drift + 1j * bow * gain * innovation
@@ -121,10 +121,9 @@ class GraspController:
         self, length: Float, distance: Float, sensed: Sensed, memory: GraspMemory
     ) -> Float:
         """Returns the speeds (W, A) m/s that bring all boats to their waypoints when due (Eq 7)."""
-        gains = self._gains
         left = (memory.due - sensed.tick)[:, None] / self._hz
-        speed = approach_speed(length, left, max_speed=gains.max_speed, min_speed=MIN_SPEED)
-        return np.minimum(speed, MIN_SPEED + gains.arrival_gain * distance)
+        speed = approach_speed(length, left, max_speed=self._gains.max_speed, min_speed=MIN_SPEED)
+        return np.minimum(speed, MIN_SPEED + self._gains.arrival_gain * distance)
 
 
 def avoidance_velocity(boat: Complex, reach: float, speed: float) -> Complex:

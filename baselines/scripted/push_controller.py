@@ -78,16 +78,13 @@ class PushController:
     def _side_command(
         self, gap: Complex, hull: Complex, yaw_rate: Float, force: Float
     ) -> tuple[Float, Float]:
-        """Returns speed and yaw offset (W, A) of side boats, which exert ``force`` (W, A) N.
-
-        The autopilot turns an excess of speed over that of the ``hull`` there into thrust. The yaw
-        offset takes away some of the friction by which boats hinder the hull's turning.
-        """
+        """Returns speed and yaw offset (W, A) of side boats, which exert ``force`` (W, A) N."""
         gains, boat, forward = self._gains, self._boat, -hull.imag
         sway_damping = boat.sway[0] + boat.sway[1] * np.abs(hull.real)
         sway_force = boat.total_mass * yaw_rate * forward + sway_damping * hull.real
         per_offset = np.maximum(force, 0.0) + np.maximum(drag(boat.surge, forward), 0.0)
         per_offset += sway_damping * np.maximum(forward, 0.0)
+        # A yaw offset takes away some of the friction by which boats hinder the hull's turning.
         friction = gains.friction_compensation * sway_force / np.maximum(per_offset, LEAST_FORCE)
         to_place = gains.yaw_offset_gain * gap.real
         offset = np.clip(to_place, -MAX_PLACE_OFFSET, MAX_PLACE_OFFSET)
@@ -98,10 +95,7 @@ class PushController:
     def _end_command(
         self, gap: Complex, hull: Complex, yaw_rate: Float, end: Float, force: Float
     ) -> tuple[Float, Float]:
-        """Returns speed and yaw offset (W, A) of boats at the ``end`` -1 or +1, which press on it.
-
-        A small yaw offset presses hard, as the water carries a boat off its course sideways.
-        """
+        """Returns speed and yaw offset (W, A) of boats that press on the ``end`` -1 or +1."""
         gains, boat = self._gains, self._boat
         forward = np.maximum(-hull.imag, LEAST_SPEED)
         course = np.arctan2(hull.real + gains.lateral_gain * gap.real, forward)

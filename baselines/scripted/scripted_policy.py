@@ -13,7 +13,7 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.physics import autopilot
-from asv_env.tasks.formation import Relations, relate
+from asv_env.tasks.formation import relate
 from asv_env.types import Action, Bool, Observation, Sensed, put_rows, rows
 from baselines.mirror import mirror_image
 from baselines.scripted.docking import GraspMemory
@@ -89,7 +89,10 @@ class ScriptedPolicy:
         motion[:, 0] = memory.vessel.motion
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
-        pushing = self._next_phase(relations, sensed, memory.pushing & ~fresh)
+        # A world PUSHes from closure on, until a boat is far from its slot.
+        near = (relations.slot_error < self._lost) | ~sensed.working
+        pushes_on = memory.pushing & ~fresh & near.all(axis=1)
+        pushing = (sensed.closed | pushes_on) & self._has_goal
         begins = fresh | (pushing != memory.pushing)
         memory.pushing = pushing
         command = np.zeros((*sensed.slot.shape, 2))
@@ -105,8 +108,3 @@ class ScriptedPolicy:
         command[..., 1] *= side[:, None]
         action = np.clip(command / autopilot.SCALE, -1.0, 1.0)
         return action.astype(np.float32), memory
-
-    def _next_phase(self, relations: Relations, sensed: Sensed, pushing: Bool) -> Bool:
-        """Returns which worlds (W,) PUSH: from closure on, until a boat is far from its slot."""
-        near = (relations.slot_error < self._lost) | ~sensed.working
-        return (sensed.closed | (pushing & near.all(axis=1))) & self._has_goal
