@@ -8,6 +8,7 @@ from asv_env import make_params
 from baselines.rollout import runner, trajectories
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train import imitation
+from train.launch import open_run
 
 
 @pytest.fixture(scope="module")
@@ -20,11 +21,11 @@ def demonstrations(tmp_path_factory):
     return out
 
 
-def test_recorded_episodes_are_imitated(demonstrations):
-    config = tiny(imitation={"demonstrations": demonstrations / str(10**9)})
-    imitation.check_demonstrations(config)
-    ((seen, done),) = imitation.demonstrations(config)
-    trajectory, _ = trajectories.load(next(config.imitation.demonstrations.rglob("*.npz")))
+def test_recorded_episodes_are_imitated(demonstrations, tmp_path):
+    folder = demonstrations / str(10**9)
+    open_run(tiny(imitation={"demonstrations": folder}, out=tmp_path / "run"))
+    ((seen, done),) = imitation.demonstrations(folder)
+    trajectory, _ = trajectories.load(next(folder.rglob("*.npz")))
     assert len(seen) == len(done) == 4 * len(trajectory.action)
 
 

@@ -2,10 +2,14 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 import torch
 from torch import nn
 
-from baselines.learned.network import Layers
+from asv_env.types import Action, Observation
+from baselines.learned.network import Layers, NetworkPolicy
+
+TOLERANCE = 1e-5  #: largest difference between the actions of policy file and network
 
 
 def linear_layers(actor: nn.Module) -> list[nn.Linear]:
@@ -48,3 +52,15 @@ def set_layers(actor: nn.Module, layers: Layers) -> None:
             layer.weight[:outputs, :inputs] = torch.as_tensor(weight.T)
             layer.weight[:outputs, inputs:] = 0.0
             layer.bias[:outputs] = torch.as_tensor(bias)
+
+
+def difference(policy: NetworkPolicy, seen: Observation, wanted: Action) -> float:
+    """Returns the largest difference, on observations (..., K), from the actions wanted (..., 2).
+
+    Raises:
+        ValueError: it is larger than ``TOLERANCE``.
+    """
+    largest = float(np.abs(policy.forward(seen) - wanted).max())
+    if largest > TOLERANCE:
+        raise ValueError(f"actions of policy file and network differ by up to {largest:.1e}")
+    return largest

@@ -141,10 +141,6 @@ def preset(task: str) -> Config:
 def parse(arguments: Sequence[str] | None = None) -> Config:
     """Returns the options of a command line; what is not given is the task's preset."""
     given = list(sys.argv[1:] if arguments is None else arguments)
-    return tyro.cli(Config, default=preset(_task(given)), args=given, prog="python -m train")
-
-
-def _task(arguments: Sequence[str]) -> str:
-    """Returns the task on a command line."""
-    found = re.search(r"(?:^|\s)--task[= ](\S+)", " ".join(arguments))
-    return found[1] if found else Config.task
+    task = re.search(r"(?:^|\s)--task[= ](\S+)", " ".join(given))
+    default = preset(task[1] if task else Config.task)
+    return tyro.cli(Config, default=default, args=given, prog="python -m train")

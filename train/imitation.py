@@ -16,7 +16,6 @@ import torch
 from torch import Tensor, nn
 from tqdm import tqdm
 
-from asv_env.sensing import observation
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation, Sensed
 from baselines.rollout import trajectories
@@ -44,7 +43,7 @@ def imitate(actor: nn.Module, config: Config) -> None:
         return
     optimizer = torch.optim.Adam(actor.parameters(), LEARNING_RATE)
     shuffle = torch.Generator().manual_seed(config.seed)
-    pairs = list(demonstrations(config))
+    pairs = list(demonstrations(options.demonstrations)) if options.demonstrations else []
     with tqdm(total=options.rounds, unit=" round", desc="imitation", file=sys.stderr) as bar:
         for number in range(options.rounds):
             pairs += _dagger_rollouts(actor, config, number)
@@ -111,51 +110,9 @@ def _dagger_rollout(
     return np.concatenate(seen), np.concatenate(wanted)
 
 
-def demonstrations(config: Config) -> Iterator[Pairs]:
-    """Yields observations and actions of each recorded episode."""
-    for file in _files(config):
+def demonstrations(folder: Path) -> Iterator[Pairs]:
+    """Yields observations and actions of each recorded episode in a folder."""
+    for file in trajectories.files(folder):
         trajectory, _ = trajectories.load(file)
         seen, actions = trajectory.observation[:-1], trajectory.action
         yield seen.reshape(-1, seen.shape[-1]), actions.reshape(-1, 2)
-
-
-def check_demonstrations(config: Config) -> None:
-    """Refuses recorded episodes that must not be, or cannot be, learned from.
-
-    Raises:
-        FileNotFoundError: there are none in the folder.
-        ValueError: an episode that is not for training, of another task, kind of action or
-            version of the observation, or a file that is no recorded episode.
-    """
-    files, folder = _files(config), config.imitation.demonstrations
-    if folder is not None and not files:
-        raise FileNotFoundError(
-            f"{folder} holds no recorded episodes: make some with python -m baselines.evaluate "
-            "--record"
-        )
-    for file in files:
-        _check_demonstration(file, config)
-
-
-def _files(config: Config) -> list[Path]:
-    folder = config.imitation.demonstrations
-    return trajectories.files(folder) if folder else []
-
-
-def _check_demonstration(file: Path, config: Config) -> None:
-    about = trajectories.about(file)
-    episode = about["episode"]
-    if about["purpose"] != "training":
-        raise ValueError(
-            f"{file}: seed {episode['seed']} is for {about['purpose'] or 'nothing'}, not for "
-            "training: record episodes with --seed 1000000000 and up"
-        )
-    fields = {
-        "task": (episode["task"], config.definition.name),
-        "action mode": (about["action_mode"], "tracking"),
-        "observation version": (about["observation_version"], observation.VERSION),
-        "observation": (tuple(about["observation_names"]), config.columns),
-    }
-    for name, (given, wanted) in fields.items():
-        if given != wanted:
-            raise ValueError(f"{file}: its {name} is {given!r}, that of the training {wanted!r}")

@@ -6,12 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 from asv_env.presets import make_params
+from asv_env.sensing import observation
 from baselines.learned import policy_file
-from baselines.learned.network import Layers, Metadata, NetworkPolicy
+from baselines.learned.network import Layers, NetworkPolicy
 from baselines.learned.phases import PhasedPolicy
+from baselines.rollout import trajectories
 from train import actors
 from train.config import CONTROL_RATE, Config
-from train.imitation import check_demonstrations
 from train.run import Run
 
 
@@ -22,10 +23,11 @@ def open_run(config: Config) -> tuple[Run, Layers | None]:
         The run, and the layers with which learning begins where ``init_from`` gives any.
 
     Raises:
-        ValueError, OSError, ImportError: something is wrong; then nothing was made.
+        ValueError, OSError, ImportError: something is wrong, such as a file of a policy or of
+            recorded episodes that does not fit the options; then nothing was made.
     """
     layers, model_card = _initial_policy(config)
-    check_demonstrations(config)
+    _check_demonstrations(config)
     _check_rollout_policy(config)
     if config.tracking.track:
         try:
@@ -43,31 +45,55 @@ def _initial_policy(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[Non
         return None, None
     phase, model_card = policy_file.read_single(config.init_from)
     layers, metadata = phase.layers, phase.metadata
-    try:
+    with _naming(f"--init-from {config.init_from}"):
         as_here = replace(metadata, tasks=(config.definition.name,))
         NetworkPolicy(layers, as_here, config.params())
         actors.check_sizes(layers, (len(config.columns), *config.network.hidden, 2))
-        _check_options(metadata, config)
-    except ValueError as error:
-        raise ValueError(f"--init-from {config.init_from}: {error}") from error
+        options = {
+            "activation": (metadata.activation, config.network.activation),
+            "observation": (metadata.observation, config.observed),
+            "mirror": (metadata.mirrors, config.worlds.mirror),
+            "residual": (metadata.residual, config.network.residual),
+            "decision_rate": (CONTROL_RATE // metadata.action_repeat, config.worlds.decision_rate),
+        }
+        _check_equal(options)
     return layers, model_card
 
 
-def _check_options(metadata: Metadata, config: Config) -> None:
-    """Refuses a policy that acts otherwise than the training."""
-    options = {
-        "activation": (metadata.activation, config.network.activation),
-        "observation": (metadata.observation, config.observed),
-        "mirror": (metadata.mirrors, config.worlds.mirror),
-        "residual": (metadata.residual, config.network.residual),
-        "decision_rate": (CONTROL_RATE // metadata.action_repeat, config.worlds.decision_rate),
-    }
-    for option, (given, asked) in options.items():
-        if given != asked:
+def _check_equal(options: dict[str, tuple[Any, Any]]) -> None:
+    """Refuses options (of a file, wanted by the training) that differ."""
+    for name, (given, wanted) in options.items():
+        if given != wanted:
+            raise ValueError(f"its {name} is {given!r}, that of the training {wanted!r}")
+
+
+def _check_demonstrations(config: Config) -> None:
+    """Refuses recorded episodes that must not be, or cannot be, learned from."""
+    folder = config.imitation.demonstrations
+    if folder is None:
+        return
+    files = trajectories.files(folder)
+    if not files:
+        raise FileNotFoundError(
+            f"{folder} holds no recorded episodes: make some with python -m baselines.evaluate "
+            "--record"
+        )
+    for file in files:
+        about = trajectories.about(file)
+        episode = about["episode"]
+        if about["purpose"] != "training":
             raise ValueError(
-                f"its {option} is {given!r}, that of the training {asked!r}; train with that of "
-                "the file"
+                f"{file}: seed {episode['seed']} is for {about['purpose'] or 'nothing'}, not for "
+                "training: record episodes with --seed 1000000000 and up"
             )
+        options = {
+            "task": (episode["task"], config.definition.name),
+            "action mode": (about["action_mode"], "tracking"),
+            "observation version": (about["observation_version"], observation.VERSION),
+            "observation": (tuple(about["observation_names"]), config.columns),
+        }
+        with _naming(file):
+            _check_equal(options)
 
 
 def _check_rollout_policy(config: Config) -> None:
@@ -76,11 +102,18 @@ def _check_rollout_policy(config: Config) -> None:
     if file is None:
         return
     phases, _ = policy_file.read(file)
-    try:
+    with _naming(f"--curriculum.rollout-policy {file}"):
         for team in config.worlds.teams:
             PhasedPolicy(phases, make_params("transport", team))
+
+
+@contextmanager
+def _naming(file: object) -> Iterator[None]:
+    """Begins the message of a ValueError with the file that causes it."""
+    try:
+        yield
     except ValueError as error:
-        raise ValueError(f"--curriculum.rollout-policy {file}: {error}") from error
+        raise ValueError(f"{file}: {error}") from error
 
 
 @contextmanager

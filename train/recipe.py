@@ -95,10 +95,7 @@ TO_SLOTS_TEAMS = TO_SLOTS.changed(
 
 
 def _push(after: str, timesteps: int, log_std: Sequence[float], config: Config) -> Training:
-    """Returns a push after another one; ``log_std`` are the initial and the least.
-
-    Pushes of mixed teams begin where the approach for all teams has reached closure.
-    """
+    """Returns a push after another one; ``log_std`` are the initial and the least."""
     noise = dict(zip(("log_std_init", "log_std_min"), log_std, strict=True))
     config = config.changed(ppo={"total_timesteps": timesteps}, network=noise)
     return Training(config, after, APPROACH if len(config.worlds.teams) > 1 else APPROACH_FOUR)

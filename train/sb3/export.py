@@ -20,11 +20,11 @@ from baselines.rollout import seeds
 from baselines.rollout.commands import command
 from baselines.rollout.files import write
 from baselines.rollout.loop import rollout
+from train import actors
 from train.run import BEST
 from train.sb3.policies import actor
 from train.sb3.ppo import Learner
 
-TOLERANCE = 1e-5  #: largest difference between the actions of policy file and network
 WORLDS = 16  #: number of worlds in which they are compared
 SECONDS = 20.0  #: simulated time for which they are compared, s
 
@@ -33,7 +33,7 @@ def check(run: Path) -> float:
     """Returns the difference of the best policy file of a run from the network that was trained.
 
     Raises:
-        ValueError: it is larger than ``TOLERANCE``.
+        ValueError: it is larger than ``actors.TOLERANCE``.
         FileNotFoundError: the run has none.
     """
     file, model = run / BEST, run / "best.zip"
@@ -43,21 +43,17 @@ def check(run: Path) -> float:
     learner = Learner.load(model, device="cpu")
     network, params = actor(learner.policy), learner.config.params()
     phase, _ = policy_file.read_single(file)
-    policy, difference = NetworkPolicy(phase.layers, phase.metadata, params), 0.0
+    policy = NetworkPolicy(phase.layers, phase.metadata, params)
 
     def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:
         return policy.forward(observation), None
 
     first, ticks = seeds.DEVELOPMENT.start, round(SECONDS * params.clock.control)
-    for tick in rollout(Simulation(params, WORLDS), act, range(first, first + WORLDS), ticks):
-        with torch.no_grad():
-            wanted = network(torch.from_numpy(tick.observation)).clamp(-1.0, 1.0).numpy()
-        difference = max(difference, float(np.abs(tick.action - wanted).max()))
-    if difference > TOLERANCE:
-        raise ValueError(
-            f"{file}: its actions differ by up to {difference:.1e} from those of the original"
-        )
-    return difference
+    steps = rollout(Simulation(params, WORLDS), act, range(first, first + WORLDS), ticks)
+    seen = np.stack([tick.observation for tick in steps])
+    with torch.no_grad():
+        wanted = network(torch.from_numpy(seen)).clamp(-1.0, 1.0).numpy()
+    return actors.difference(policy, seen, wanted)
 
 
 def export(run: Positional[Path], file: Positional[Path], overwrite: bool = False) -> None:

@@ -2,10 +2,9 @@
 
 from typing import Any
 
-import torch
 from gymnasium.spaces import Dict
 from stable_baselines3.common.policies import ActorCriticPolicy, MultiInputActorCriticPolicy
-from stable_baselines3.common.torch_layers import BaseFeaturesExtractor, create_mlp
+from stable_baselines3.common.torch_layers import create_mlp
 from torch import Tensor, nn
 
 from train.sections import NetworkOptions
@@ -13,45 +12,34 @@ from train.sections import NetworkOptions
 ACTIVATIONS = {"relu": nn.ReLU, "tanh": nn.Tanh}
 
 
-class Identity(BaseFeaturesExtractor):
-    """Features extractor that passes a dictionary of observations on."""
-
-    def __init__(self, observation_space: Dict) -> None:
-        super().__init__(observation_space, features_dim=1)
-
-    def forward(self, observations: dict[str, Tensor]) -> Any:
-        """Returns the observations."""
-        return observations
-
-
 class ActorAndCritic(nn.Module):
-    """Hidden layers of an actor that sees "obs" and of a critic that sees "obs" and "state"."""
+    """Hidden layers of an actor that sees "obs" (n, K) and of a critic that sees "state" too.
+
+    Features (n, K + S) are both in this order, as a ``CombinedExtractor`` joins them.
+    """
 
     def __init__(self, space: Dict, hidden: list[int], activation: type[nn.Module]) -> None:
         super().__init__()
-        seen, state = (space[name].shape[0] for name in ("obs", "state"))  # type: ignore[index]
-        self.policy_net = nn.Sequential(*create_mlp(seen, -1, hidden, activation))
-        self.value_net = nn.Sequential(*create_mlp(seen + state, -1, hidden, activation))
+        self._seen, state = (space[name].shape[0] for name in ("obs", "state"))  # type: ignore[index]
+        self.policy_net = nn.Sequential(*create_mlp(self._seen, -1, hidden, activation))
+        self.value_net = nn.Sequential(*create_mlp(self._seen + state, -1, hidden, activation))
         self.latent_dim_pi = self.latent_dim_vf = hidden[-1]
 
-    def forward(self, features: dict[str, Tensor]) -> tuple[Tensor, Tensor]:
+    def forward(self, features: Tensor) -> tuple[Tensor, Tensor]:
         """Returns the last hidden layers (n, hidden[-1]) of actor and critic."""
         return self.forward_actor(features), self.forward_critic(features)
 
-    def forward_actor(self, features: dict[str, Tensor]) -> Tensor:
+    def forward_actor(self, features: Tensor) -> Tensor:
         """Returns the last hidden layer of the actor, from what a boat observes."""
-        return self.policy_net(features["obs"])
+        return self.policy_net(features[:, : self._seen])
 
-    def forward_critic(self, features: dict[str, Tensor]) -> Tensor:
+    def forward_critic(self, features: Tensor) -> Tensor:
         """Returns the last hidden layer of the critic, from observation and state of the world."""
-        return self.value_net(torch.cat([features["obs"], features["state"]], dim=-1))
+        return self.value_net(features)
 
 
 class CentralCriticPolicy(MultiInputActorCriticPolicy):
     """The actor sees what its boat observes, the critic the true state of the world too."""
-
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **{**kwargs, "features_extractor_class": Identity})
 
     def _build_mlp_extractor(self) -> None:
         assert isinstance(self.observation_space, Dict)

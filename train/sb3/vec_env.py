@@ -6,7 +6,6 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
@@ -88,11 +87,7 @@ class TrainingVecEnv(VecEnv):
         """Refuses what no training needs."""
         raise NotImplementedError("the worlds of a training are set up by its options alone")
 
-    set_options = set_attr = env_method = _refuse
-
-    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
-        """Returns whether rows are wrapped: as if by a Monitor, see ``BoatVecEnv``."""
-        return [issubclass(Monitor, wrapper_class) for _ in self._get_indices(indices)]
+    set_options = set_attr = env_method = env_is_wrapped = _refuse
 
 
 class ResidualVecEnv(BoatVecEnv):
