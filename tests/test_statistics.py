@@ -9,12 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from baselines.evaluate import variation
+from baselines.evaluate import statistics
 from baselines.evaluate.statistics import (
     Estimate,
+    crossed_variance,
     difference,
     difference_in_success,
     improvement,
+    influence,
     interquartile_mean,
     iqm,
     mcnemar,
@@ -22,7 +24,6 @@ from baselines.evaluate.statistics import (
     profile,
     proportion,
 )
-from baselines.evaluate.variation import crossed_variance, influence
 
 NAN, INF = np.nan, np.inf
 NOTHING = Estimate(None, None, None, 0)
@@ -310,7 +311,7 @@ def assert_honest(study, truth, within=HONEST, repetitions=1500):
 
 @pytest.fixture
 def _fewer_resamples(monkeypatch):
-    monkeypatch.setattr(variation, "RESAMPLES", 400)
+    monkeypatch.setattr(statistics, "RESAMPLES", 400)
 
 
 def normal_table(rng, seeds, hard, spread):

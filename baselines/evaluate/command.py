@@ -10,7 +10,7 @@ import tyro
 
 from asv_env.checks import choice
 from asv_env.render import video
-from baselines.evaluate.api import Comparison, InputError, StoppedError, compare, refusing
+from baselines.evaluate.api import InputError, StoppedError, compare, refusing
 from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import is_file
 from baselines.evaluate.report import rendering
@@ -143,15 +143,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"policy error: {line}")
     print(f"Results: {', '.join(str(out / name) for name in FILES)}")
     if options.video is not None:
-        _film(comparison, options.video)
-
-
-def _film(comparison: Comparison, path: Path) -> None:
-    try:
-        comparison.film(path)
-    except Exception as error:  # of a policy or a codec: everything else is saved by now
-        sys.exit(f"{path}: no film, {type(error).__name__}: {error}")
-    print(f"Video: {path}")
+        try:
+            comparison.film(options.video)
+        except Exception as error:  # of a policy or a codec: everything else is saved by now
+            sys.exit(f"{options.video}: no film, {type(error).__name__}: {error}")
+        print(f"Video: {options.video}")
 
 
 def folder_name(suite: Suite) -> str:
@@ -165,8 +161,5 @@ def folder_name(suite: Suite) -> str:
 def as_flags(message: str) -> str:
     """Returns a message about arguments of ``compare`` as one about options."""
     names = "|".join(f.name for f in fields(Options))
-
-    def flag(found: re.Match[str]) -> str:
-        return f"--{found[1].replace('_', '-')}" + (" " if found[2] is None else "")
-
-    return re.sub(rf"\b({names})=(True\b|\.\.\.)?", flag, message)
+    found = rf"\b({names})=(True\b|\.\.\.)?"
+    return re.sub(found, lambda m: f"--{m[1].replace('_', '-')}{'' if m[2] else ' '}", message)

@@ -107,21 +107,15 @@ class Suite:
 
         It covers all parameters but ``NOT_IN_DIGEST``, and the first initial states.
         """
-        conditions = [
-            [condition.name, _parameters(condition.params), *_initial_states(condition, self.seed)]
-            for condition in self.conditions
-        ]
+        conditions = []
+        for condition in self.conditions:
+            fields = asdict(condition.params).items()
+            kept = {name: value for name, value in fields if name not in NOT_IN_DIGEST}
+            rngs = map(np.random.default_rng, range(self.seed, self.seed + IN_DIGEST))
+            states = [vars(starts.sample(condition.params, rng)) for rng in rngs]
+            conditions.append([condition.name, kept, *states])
         text = json.dumps(_rounded(conditions), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _parameters(params: EnvParams) -> dict[str, Any]:
-    return {name: value for name, value in asdict(params).items() if name not in NOT_IN_DIGEST}
-
-
-def _initial_states(condition: Condition, seed: int) -> list[dict[str, Any]]:
-    rngs = map(np.random.default_rng, range(seed, seed + IN_DIGEST))
-    return [vars(starts.sample(condition.params, rng)) for rng in rngs]
 
 
 def _rounded(value: Any) -> Any:

@@ -1,9 +1,14 @@
-"""The policies of a comparison: where they come from, their names, and whether they fit a suite."""
+"""The policies of a comparison: sources, names, fingerprints, and whether they fit a suite."""
 
+import hashlib
 import inspect
+import linecache
+import pickle
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import sys
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -14,7 +19,6 @@ from asv_env.checks import choice
 from asv_env.params import EnvParams
 from asv_env.registry import load
 from asv_env.simulation import Simulation
-from baselines.evaluate.code_identity import fingerprint, identify, is_own
 from baselines.evaluate.conditions import Suite
 from baselines.learned import policy_file
 from baselines.learned.sb3_policy import Sb3Policy
@@ -24,6 +28,7 @@ from baselines.rollout import provenance
 EXPORTED, SB3 = policy_file.SUFFIX, ".zip"
 """Endings of the names of policy files, and of models that stable-baselines3 has saved."""
 SB3_NEEDS = ("stable-baselines3", "torch")
+PACKAGES = ("asv_env", "baselines")  #: packages whose code ``provenance.code`` covers
 NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
 """Pattern of the names of policies, which also name folders."""
 PolicyLike = str | Path | MakePolicy | Sequence[str | Path | MakePolicy]
@@ -81,8 +86,11 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
     if not isinstance(given, str | Path):
         raise TypeError(f"{given!r} is not a policy: give a name, a path, a class or a function")
     word, path = str(given), Path(given)
+    if word in POLICIES and not is_own(POLICIES[word]):
+        identity = policy_file.fingerprint() if word == "learned" else word
+        return PolicySource(word, POLICIES[word], None, identity)
     if word in POLICIES:
-        return _registered(word)
+        return _written(word, POLICIES[word])
     if is_file(word):
         return _stored(word, path, trust_pickles)
     if ":" not in word:
@@ -91,14 +99,6 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
         return _written(word, load(word))
     except SyntaxError as error:
         raise ValueError(f"{word}: {error}") from error
-
-
-def _registered(name: str) -> PolicySource:
-    factory = POLICIES[name]
-    if is_own(factory):
-        return _written(name, factory)
-    fingerprint = policy_file.fingerprint() if name == "learned" else name
-    return PolicySource(name, factory, None, fingerprint)
 
 
 def _stored(word: str, path: Path, trust_pickles: bool) -> PolicySource:
@@ -112,9 +112,8 @@ def _stored(word: str, path: Path, trust_pickles: bool) -> PolicySource:
             f"{word} holds pickled objects, and reading it runs whatever code is in it: "
             "add trust_pickles=True if you trust its source"
         )
-    libraries = provenance.versions(SB3_NEEDS)
-    identity = ", ".join(f"{name} {version}" for name, version in libraries.items())
-    return PolicySource(word, partial(Sb3Policy, path), path, identity)
+    libraries = map(" ".join, provenance.versions(SB3_NEEDS).items())
+    return PolicySource(word, partial(Sb3Policy, path), path, ", ".join(libraries))
 
 
 def _written(word: str, factory: Any) -> PolicySource:
@@ -139,14 +138,13 @@ def named(
     for name, given in policies.items():
         several = isinstance(given, Sequence) and not isinstance(given, str)
         trainings: list[Any] = list(cast(Any, given)) if several else [given]
+        registered = any(isinstance(each, str) and each in POLICIES for each in trainings)
         if not isinstance(name, str) or not NAME.fullmatch(name):
             raise ValueError(
                 f"policies: {name!r} cannot be a name; begin with a letter or a digit and use "
                 "these, dots, plus, minus and underscores"
             )
-        if not trainings or (
-            len(trainings) > 1 and any(isinstance(t, str) and t in POLICIES for t in trainings)
-        ):
+        if not trainings or (registered and len(trainings) > 1):
             raise ValueError(
                 f"policies: {name}={','.join(map(str, trainings))}: several trainings of one "
                 "policy are files or classes of their own; different policies need a name each"
@@ -193,3 +191,62 @@ def _check_decision(source: PolicySource, params: EnvParams, seed: int) -> None:
             f"{source.word}: act returned {type(decided).__name__}: return (action, memory)"
         )
     checked_action(decided[0], (1, params.num_boats, 2))
+
+
+def digest(data: bytes) -> str:
+    """Returns a short digest of bytes."""
+    return hashlib.sha256(data).hexdigest()[:16]
+
+
+def fingerprint(file: Path | None, identity: str) -> str:
+    """Returns a fingerprint of the present contents of a file, if any, and of an identity."""
+    contents = "" if file is None else digest(file.read_bytes())
+    return " with ".join(filter(None, (contents, identity)))
+
+
+def identify(function: Any) -> tuple[Path | None, str]:
+    """Returns the file of a class or function, and its identity within that file.
+
+    In a notebook the file is None, and the identity covers the cell. It also covers values that
+    are bound to the function, such as the arguments of a ``partial``, but nothing that it imports.
+    Where these cannot be compared, the identity is random: no two are taken for the same.
+    """
+    bound = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
+    if isinstance(function, partial):
+        bound = [function.args, function.keywords]
+        function = function.func
+    file = getattr(sys.modules.get(function.__module__), "__file__", None)
+    cell = "" if file else _notebook_cell(function)
+    if not file and not cell:
+        return None, uuid.uuid4().hex
+    name = getattr(function, "__qualname__", type(function).__qualname__)
+    try:
+        more = digest(cell.encode() + pickle.dumps(bound)) if cell or bound else ""
+    except (pickle.PickleError, TypeError, AttributeError):
+        more = uuid.uuid4().hex
+    return Path(file) if file else None, f"{name} {more}".strip()
+
+
+def is_own(function: Any) -> bool:
+    """Returns whether a class or function is user-defined, not of this package."""
+    while isinstance(function, partial):
+        function = function.func
+    return str(function.__module__).partition(".")[0] not in PACKAGES
+
+
+def own_functions(record: Any) -> Iterator[Callable[..., Any]]:
+    """Yields the user-defined functions in a record, such as a Task or a list of Features."""
+    if is_dataclass(record) and not isinstance(record, type):
+        record = [getattr(record, f.name) for f in fields(record)]
+    if isinstance(record, list | tuple):
+        for part in record:
+            yield from own_functions(part)
+    elif callable(record) and is_own(record):
+        yield record
+
+
+def _notebook_cell(function: Any) -> str:
+    """Returns the text of the cell in which a class or function is written, "" if unknown."""
+    parts = vars(function).values() if inspect.isclass(function) else [function]
+    names = [part.__code__.co_filename for part in parts if inspect.isfunction(part)]
+    return "".join(linecache.getlines(names[0])) if names else ""

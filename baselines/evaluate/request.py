@@ -14,9 +14,14 @@ from typing import Any
 from tqdm import tqdm
 
 from baselines.evaluate import workers
-from baselines.evaluate.code_identity import fingerprint, identify, own_functions
 from baselines.evaluate.conditions import Condition, Suite
-from baselines.evaluate.policy_sources import PolicySource, check_fit
+from baselines.evaluate.policy_sources import (
+    PolicySource,
+    check_fit,
+    fingerprint,
+    identify,
+    own_functions,
+)
 from baselines.evaluate.report import document
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import NAME as STORE
@@ -123,9 +128,8 @@ def _job(request: Request, store: Store, key: RunKey, condition: Condition) -> J
     """Returns the job of the missing episodes of one training in one condition."""
     trainings = request.policies[key.policy]
     seed = key.training if len(trainings) > 1 else None
-    record = None
-    if request.record:
-        record = trajectories.folder(request.out, key.condition, key.policy, seed)
+    folder = trajectories.folder(request.out, key.condition, key.policy, seed)
+    record = folder if request.record else None
     done = _done(request, store, key, record)
     return Job(
         key,

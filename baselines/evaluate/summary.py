@@ -48,10 +48,12 @@ COMPARED = ("time_to_goal", "time_to_closure", "min_position_error", "effort")
 def summarise(results: Results) -> dict[str, Any]:
     """Returns the summary of a comparison.
 
-    Under ``conditions``, by name, each has ``about``, ``control``, ``policies`` (see ``_policy``),
-    ``comparisons`` of the other policies with the first, and ``against_control`` of each policy
-    with itself in the condition without the disturbance (see ``_comparison``). Intervals have the
-    level 0.95.
+    Under ``conditions``, by name, each has ``about``, ``control``, ``policies``, ``comparisons`` of
+    the other policies with the first, and ``against_control`` of each policy with itself in the
+    condition without the disturbance. A comparison holds differences first - second where both
+    apply; ``mcnemar``, the p-value of a difference in success (None where a policy has several
+    trainings); and ``improvement``, the probability that the first is done sooner in the same
+    episode (a tie counts half, a failure is later than any success). Intervals have the level 0.95.
     """
     conditions = results.suite.conditions
     return {"conditions": {one.name: _condition(results, one) for one in conditions}}
@@ -76,12 +78,7 @@ def _condition(results: Results, condition: Condition) -> dict[str, Any]:
 
 
 def _policy(results: Results, condition: Condition, policy: str) -> dict[str, Any]:
-    """Returns the summary of one policy in one condition.
-
-    It has ``episodes``, ``trainings``; ``success``; ``placed`` within ``TOLERANCES``; ``causes``
-    of failures with their numbers; and, by column, the ``MEASURES`` over the episodes to which
-    they apply.
-    """
+    """Returns successes, causes of failures and ``MEASURES`` of one policy in one condition."""
     key = condition.name, policy
     success = results.success(*key)
     causes = [row.cause for training in results.rows[key] for row in training if row.cause]
@@ -124,14 +121,9 @@ def _bounded(estimate: Estimate, least: float) -> dict[str, Any]:
 def _comparison(
     results: Results, first: tuple[str, str], second: tuple[str, str]
 ) -> dict[str, Any]:
-    """Returns how one condition and policy compare with another, episode by episode.
-
-    That is the differences first - second of ``success`` and of the columns that both have, where
-    they apply in both; ``mcnemar``, the p-value of a difference in success (None where a policy has
-    several trainings); ``improvement``, the probability that the first is done sooner in the same
-    episode (ties count half, and a failure is later than any success).
-    """
+    """Returns how one condition and policy compare with another, episode by episode."""
     successes = results.success(*first), results.success(*second)
+    scores = results.scores(*first), results.scores(*second)
     single = len(successes[0]) == len(successes[1]) == 1
     differences = {}
     for column in COMPARED:
@@ -142,8 +134,6 @@ def _comparison(
         "with": second[1] if first[0] == second[0] else second[0],
         "success": asdict(statistics.difference_in_success(*successes)),
         "mcnemar": statistics.mcnemar(successes[0][0], successes[1][0]) if single else None,
-        "improvement": asdict(
-            statistics.improvement(results.scores(*first), results.scores(*second))
-        ),
+        "improvement": asdict(statistics.improvement(*scores)),
         **differences,
     }

@@ -4,14 +4,10 @@ joblib starts the processes (its backend is loky), gives each of them one thread
 policies and parameters as objects, so that classes and tasks of a notebook reach them. Within
 ``joblib.parallel_config("dask")`` the same jobs run on a Dask cluster.
 
-What joblib does not do is done here:
-
-* A killed run loses at most the episodes in flight. joblib returns a task as a whole, so a task is
-  a batch of episodes that all begin together.
-* Workers end with the process that started them, even if that was killed.
-* Ctrl-C is left to that process: workers do not hear it.
-* Workers end with the comparison: those of the next one import modules as they are then.
-* A single worker is this process itself, which needs no batches.
+What joblib does not do is done here. joblib returns a task as a whole, so a task is a batch of
+episodes that all begin together, and a killed run loses only these. Workers end with the process
+that started them, even if it was killed, and leave Ctrl-C to it. They also end with the comparison:
+those of the next one import modules as they are then. A single worker is this process itself.
 """
 
 import os
