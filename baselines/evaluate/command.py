@@ -19,8 +19,7 @@ from baselines.evaluate.suites import SUITES, sweep
 from baselines.paper.paper_numbers import PAPER_GOAL
 
 PROGRAM = "python -m baselines.evaluate"
-SWEEP = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")
-"""Options of a sweep, which a suite has settled."""
+SWEEP = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")  #: what a suite settles
 PASSED = ("workers", "num_envs", "replays", "record", "overwrite", "trust_pickles")
 """Options that are arguments of ``compare`` as they are."""
 
@@ -70,7 +69,12 @@ class Options:
     def chosen_suite(self) -> Suite:
         """Returns the suite or the sweep that is asked for, by options that go together."""
         if self.suite is not None:
-            return self._named_suite(self.suite)
+            settled = [name for name in SWEEP if getattr(self, name) != getattr(Options, name)]
+            if settled or len(self.task) > 1:
+                flag = "--" + (settled or ["task"])[0].replace("_", "-")
+                raise ValueError(f"{flag} cannot go with --suite, which settles it: leave one out")
+            suite = SUITES.find(self.suite)
+            return suite if self.task == Options.task else suite.with_task(self.task[0])
         if self.random_goals and self.goal:
             raise ValueError("--random-goals is not allowed with --goal: leave one out")
         return sweep(
@@ -82,14 +86,6 @@ class Options:
             self.seed or 0,
             100 if self.episodes is None else self.episodes,
         )
-
-    def _named_suite(self, name: str) -> Suite:
-        settled = [name for name in SWEEP if getattr(self, name) != getattr(Options, name)]
-        if settled or len(self.task) > 1:
-            flag = (settled or ["task"])[0].replace("_", "-")
-            raise ValueError(f"--{flag} cannot go with --suite, which settles it: leave one out")
-        suite = SUITES.find(name)
-        return suite if self.task == Options.task else suite.with_task(self.task[0])
 
     def named_policies(self) -> dict[str, list[str]]:
         """Returns the words of ``policies`` by the names of the policies."""

@@ -20,12 +20,9 @@ from asv_env.tasks import starts
 
 EPISODES = 2000  #: episodes of a condition that carries a comparison
 IN_DIGEST = 3  #: number of episodes of a condition whose initial states go into the digest
-NOT_IN_DIGEST = ("reward", "definition", "observation")
-"""Fields of ``EnvParams`` by which episodes are judged or seen, not what they are."""
-NAMED = {"task", "num_boats", "scenario", "preset"}
-"""Arguments of ``make_params`` that are fields of a condition."""
-CUSTOM = "custom"
-"""Name of a suite that is not published, and of a scenario that is given as an object."""
+NOT_IN_DIGEST = ("reward", "definition", "observation")  #: only how episodes are judged or seen
+NAMED = {"task", "num_boats", "scenario", "preset"}  #: arguments of ``make_params`` as fields
+CUSTOM = "custom"  #: name of a suite that is not published, and of a scenario given as an object
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from asv_env.checks import choice
 from asv_env.params import EnvParams
-from asv_env.registry import load
 from asv_env.simulation import Simulation
 from baselines.evaluate.conditions import Suite
 from baselines.learned import policy_file
@@ -25,12 +23,11 @@ from baselines.learned.sb3_policy import Sb3Policy
 from baselines.policy import POLICIES, MakePolicy, Policy, checked_action
 from baselines.rollout import provenance
 
-EXPORTED, SB3 = policy_file.SUFFIX, ".zip"
-"""Endings of the names of policy files, and of models that stable-baselines3 has saved."""
+EXPORTED = policy_file.SUFFIX  #: ending of the names of policy files
+SB3 = ".zip"  #: ending of the names of models that stable-baselines3 has saved
 SB3_NEEDS = ("stable-baselines3", "torch")
 PACKAGES = ("asv_env", "baselines")  #: packages whose code ``provenance.code`` covers
-NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")
-"""Pattern of the names of policies, which also name folders."""
+NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")  #: names of policies, which also name folders
 PolicyLike = str | Path | MakePolicy | Sequence[str | Path | MakePolicy]
 """A policy as ``find`` takes it, or several trainings of one."""
 
@@ -89,14 +86,10 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
     if word in POLICIES and not is_own(POLICIES[word]):
         identity = policy_file.fingerprint() if word == "learned" else word
         return PolicySource(word, POLICIES[word], None, identity)
-    if word in POLICIES:
-        return _written(word, POLICIES[word])
-    if is_file(word):
+    if is_file(word) and word not in POLICIES:
         return _stored(word, path, trust_pickles)
-    if ":" not in word:
-        choice("policy", word, POLICIES)
     try:
-        return _written(word, load(word))
+        return _written(word, POLICIES.find(word))
     except SyntaxError as error:
         raise ValueError(f"{word}: {error}") from error
 
@@ -129,8 +122,7 @@ def named(
     """Returns the sources of the trainings of each policy by its name, found but not yet made.
 
     Raises:
-        ValueError, TypeError: a name that cannot be one, or trainings that are no trainings.
-        ValueError, FileNotFoundError, ImportError, TypeError: as ``find``.
+        ValueError, TypeError: a name or trainings that cannot be; other errors as ``find``.
     """
     if not isinstance(policies, Mapping) or not policies:
         raise TypeError(f"policies={policies!r}: give at least one, by name: {{'mine': MyPolicy}}")

@@ -1,8 +1,4 @@
-"""What is to be compared: checked before anything is run or replaced, then run episode by episode.
-
-``Request`` is the comparison, ``run`` adds its missing episodes to a store, and ``collect`` reads
-all of them.
-"""
+"""What is to be compared: checked before anything is replaced, then run episode by episode."""
 
 import sys
 from collections.abc import Iterator, Mapping
@@ -30,8 +26,7 @@ from baselines.evaluate.workers import Job
 from baselines.rollout import files, provenance, trajectories
 from baselines.rollout.episodes import Label
 
-FILES = ("episodes.csv", "summary.json", *document.FILES)
-"""Files that a comparison leaves in its folder."""
+FILES = ("episodes.csv", "summary.json", *document.FILES)  #: what a comparison leaves in its folder
 LIBRARIES = ("numpy", "scipy", "pymunk")
 REPLAYS = 180  #: replayed episodes of a report, without those that are added where policies fail
 LEAST = {"workers": 0, "num_envs": 1, "replays": 0}
@@ -106,9 +101,8 @@ def run(request: Request, store: Store, progress: bool) -> None:
     jobs = [_job(request, store, *each) for each in request.runs()]
     total = len(jobs) * request.suite.episodes
     done = total - sum(len(job.seeds) for job in jobs)
-    with tqdm(
-        total=total, initial=done, unit="episode", file=sys.stderr, disable=not progress
-    ) as bar:
+    shown: dict[str, Any] = {"unit": "episode", "file": sys.stderr, "disable": not progress}
+    with tqdm(total=total, initial=done, **shown) as bar:
         for key, log in workers.run([job for job in jobs if job.seeds], request.workers):
             store.add(key, log)
             bar.set_description(f"{key.policy}, {key.condition}", refresh=False)
@@ -125,31 +119,25 @@ def collect(request: Request, store: Store) -> Results:
 
 
 def _job(request: Request, store: Store, key: RunKey, condition: Condition) -> Job:
-    """Returns the job of the missing episodes of one training in one condition."""
+    """Returns the job of the episodes of a run that are not stored, or not recorded as asked."""
     trainings = request.policies[key.policy]
     seed = key.training if len(trainings) > 1 else None
     folder = trajectories.folder(request.out, key.condition, key.policy, seed)
     record = folder if request.record else None
-    done = _done(request, store, key, record)
+    seeds = request.suite.seeds
+    if record is None:
+        done = store.seeds(key)
+    else:
+        files.remove_parts(record)
+        rows = store.rows(key, seeds)
+        done = {row.seed for row in rows if row.error or trajectories.holds(record, row)}
     return Job(
         key,
         condition.params,
         trainings[key.training],
         request.fingerprints[key.policy][key.training],
         Label(key.policy, seed, key.condition, condition.scenario_name),
-        [seed for seed in request.suite.seeds if seed not in done],
+        [each for each in seeds if each not in done],
         request.num_envs,
         record,
     )
-
-
-def _done(request: Request, store: Store, key: RunKey, record: Path | None) -> set[int]:
-    """Returns the seeds of episodes that are stored, and recorded where that was asked for."""
-    if record is None:
-        return store.seeds(key)
-    files.remove_parts(record)
-    return {
-        row.seed
-        for row in store.rows(key, request.suite.seeds)
-        if row.error or trajectories.holds(record, row)
-    }

@@ -4,7 +4,7 @@ import csv
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
@@ -70,10 +70,8 @@ class Results:
 
     def __iter__(self) -> Iterator[Episode]:
         """Yields all rows, by condition, policy, training and seed."""
-        for condition in self.suite.conditions:
-            for policy in self.policies:
-                for training in self.rows[condition.name, policy]:
-                    yield from training
+        for condition, policy in product(self.suite.conditions, self.policies):
+            yield from chain.from_iterable(self.rows[condition.name, policy])
 
 
 def of_rows(suite: Suite, rows: Iterable[Episode]) -> Results:
@@ -104,7 +102,7 @@ def of_rows(suite: Suite, rows: Iterable[Episode]) -> Results:
 
 
 def _check(suite: Suite, condition: Condition, rows: Sequence[Episode]) -> None:
-    """Refuses rows of one training in one condition that are not those of the suite."""
+    """Refuses rows of a training in a condition that are not the suite's."""
     if [row.seed for row in rows] != list(suite.seeds):
         raise ValueError(f"{condition.name}: seeds are not the first ones of {suite.name}")
     wanted = (condition.task_name, condition.scenario_name, condition.params.num_boats)

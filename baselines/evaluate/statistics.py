@@ -31,9 +31,7 @@ TAIL = (1 - LEVEL) / 2  #: probability beyond either bound
 RESAMPLES = 2000  #: number of bootstrap resamples
 BATCH = 1_000_000  #: number of resampled values that are held at once: 8 MB an array
 TRIM = {"mean": 0.0, "iqm": 0.25}  #: fraction of the values that each statistic drops at either end
-ROUNDING = 1e-15
-"""Variance of a share that is zero but for rounding; one failure in 5 x 10,000 runs has 4e-10."""
-
+ROUNDING = 1e-15  #: variance of a share below which it is zero; one failure in 50,000 has 4e-10
 REFUSED: dict[str, tuple[Callable[[Table], NDArray[np.bool_]], str]] = {
     "values": (np.isinf, "hold infinity; put NaN where nothing applies"),
     "scores": (np.isnan, "hold NaN; give a failure +inf"),

@@ -15,8 +15,7 @@ from baselines.evaluate.conditions import CUSTOM, Condition, Suite
 from baselines.paper.paper_numbers import PAPER_GOAL
 from baselines.rollout import seeds
 
-PLANK_AREA = 0.40 * 0.15
-"""Area of the vessel seen from above, m^2: all shapes have this area and the same mass."""
+PLANK_AREA = 0.40 * 0.15  #: area of the vessels seen from above, m^2, the same for all shapes
 
 
 def _water(current: str, speed: float) -> dict[str, Any]:
@@ -122,8 +121,7 @@ PUBLISHED = (
     Suite("team-v1", "Teams of 2 to 32 boats; the vessel grows with them.", _teams(), 5_000_000),
     Suite("shape-v1", "Vessels of other shapes, and one without fins.", _shapes(), 6_000_000),
 )
-SUITES: Registry[Suite] = Registry("suite", {suite.name: suite for suite in PUBLISHED})
-"""Suites by name."""
+SUITES: Registry[Suite] = Registry("suite", {s.name: s for s in PUBLISHED})  #: suites by name
 
 
 def find(given: str | Suite | Condition | EnvParams | Sequence[Condition]) -> Suite:

@@ -12,8 +12,7 @@ from baselines.evaluate.conditions import Condition
 from baselines.evaluate.results import Results
 from baselines.evaluate.statistics import Estimate
 
-TOLERANCES = (0.5, 1.0, 2.0)
-"""Multiples of the task's tolerances (5 cm and 0.1 rad with the nominal vessel)."""
+TOLERANCES = (0.5, 1.0, 2.0)  #: multiples of the task's, 5 cm and 0.1 rad with the nominal vessel
 
 
 @dataclass(frozen=True)

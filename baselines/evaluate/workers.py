@@ -124,18 +124,13 @@ def _run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
 
 
 def _run_batch(job: Job, parent: int) -> tuple[RunKey, list[PoseLog]]:
-    """Runs a batch in a worker of the process ``parent``."""
+    """Runs a batch; a worker of the process ``parent`` leaves Ctrl-C to it, and ends with it."""
     if os.getppid() == parent:
-        _become_child(parent)
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if WATCH not in {thread.name for thread in threading.enumerate()}:
+            threading.Thread(target=_watch, args=(parent,), name=WATCH, daemon=True).start()
     return job.key, list(job.run())
-
-
-def _become_child(parent: int) -> None:
-    """Makes this process leave Ctrl-C to its parent, and end with it."""
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if WATCH not in {thread.name for thread in threading.enumerate()}:
-        threading.Thread(target=_watch, args=(parent,), name=WATCH, daemon=True).start()
 
 
 def _watch(parent: int) -> None:
