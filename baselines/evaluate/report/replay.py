@@ -199,7 +199,7 @@ def pack(poses: Float) -> str:
 def verdict(row: Episode, has_goal: bool) -> str:
     """Returns how an episode ended, in a few words."""
     if row.success:
-        return "delivered" if has_goal else "slots held"
+        return "delivered" if has_goal else "slots occupied"
     return f"failed: {row.cause}"
 
 
