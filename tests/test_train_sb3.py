@@ -8,6 +8,7 @@ import torch
 from gymnasium.spaces import Box
 from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.logger import configure
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.utils import set_random_seed
 from train_helpers import actor_of, same, timesteps, tiny, train
 
@@ -152,3 +153,15 @@ def test_the_state_for_a_central_critic_is_that_of_the_rows_own_world():
     states = seen["state"].reshape(8, 4, -1)
     assert (states == states[:, :1]).all()
     assert len(np.unique(states[:, 0], axis=0)) == 8
+
+
+def test_the_worlds_of_a_training_answer_for_every_row():
+    worlds = TrainingVecEnv(tiny(worlds={"teams": (4, 6), "num_envs": 4}))
+    rows = 2 * 4 + 2 * 6
+    assert worlds.env_is_wrapped(Monitor) == [True] * rows
+    first, last = worlds.env_method("env_is_wrapped", Monitor, indices=[0, rows - 1])
+    assert (first, last) == ([True] * 8, [True] * 12)
+    worlds.set_attr("mark", 7)
+    assert worlds.get_attr("mark", [0, rows - 1]) == [7, 7]
+    with pytest.raises(NotImplementedError, match="options"):
+        worlds.set_options({})

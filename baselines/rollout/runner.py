@@ -106,15 +106,17 @@ class _Recorder:
         self._failed_at = np.full(params.num_boats, np.inf)
         self._steps: dict[str, list[Any]] = defaultdict(list)
 
-    def add(self, tick: Tick, after: State) -> None:
-        """Keeps what a log wants of one step; ``after`` is the state after it."""
+    def add(self, tick: Tick) -> None:
+        """Keeps what a log wants of one step."""
         if tick.state.tick[self._world] % POSE_LOG_EVERY == 0:
             self._poses.append(tick.state.motion[self._world, :, :3].copy())
+        if self._record:
+            self._keep(tick.state, tick.observation, action=tick.action, reward=tick.step.reward)
+
+    def note_failures(self, after: State) -> None:
+        """Keeps when thrusters were first found to have failed."""
         now, failed = after.tick[self._world] / self._params.clock.control, self._failed_at
         np.minimum(failed, now, out=failed, where=~after.working[self._world])
-        if self._record:
-            action = np.clip(tick.action, -1, 1)
-            self._keep(tick.state, tick.observation, action=action, reward=tick.step.reward)
 
     def log(self, tick: Tick, after: State, ended: dict[str, Any]) -> PoseLog:
         """Returns the log of the episode, whose last tick it was; see ``episodes.row``."""
@@ -127,6 +129,7 @@ class _Recorder:
         if self._record and not row.error:
             self._keep(after, tick.step.observation)
             arrays = {name: np.array(values) for name, values in self._steps.items()}
+            arrays["action"] = np.clip(arrays["action"], -1.0, 1.0)
             terminated = bool(tick.step.ending.terminated[world])
             trajectory = Trajectory(**arrays, terminated=terminated)
         return PoseLog(row, np.array(self._poses), goal, self._failed_at, trajectory)
@@ -144,7 +147,9 @@ def _run(
     recorders = [make(world) for world in range(simulation.num_worlds)]
     for tick in rollout(simulation, policy.act, seeds):
         for recorder in recorders:
-            recorder.add(tick, simulation.state)
+            recorder.add(tick)
+        for world in map(int, np.flatnonzero(~simulation.state.working.all(axis=1))):
+            recorders[world].note_failures(simulation.state)
         tick.over[list(policy.errors)] = True
         if not tick.over.any():
             continue

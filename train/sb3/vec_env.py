@@ -1,6 +1,6 @@
 """A ``VecEnv`` of several team sizes and scenarios side by side, in which a policy trains."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -80,14 +80,32 @@ class TrainingVecEnv(VecEnv):
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Returns an attribute, once for each row."""
-        values = list(chain.from_iterable(part.get_attr(attr_name) for part in self._parts))
-        return [values[row] for row in self._get_indices(indices)]
+        return self._of_rows((part.get_attr(attr_name) for part in self._parts), indices)
 
-    def _refuse(self, *arguments: Any, **options: Any) -> Any:
-        """Refuses what no training needs."""
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Sets an attribute of all worlds."""
+        for part in self._parts:
+            part.set_attr(attr_name, value)
+
+    def env_method(
+        self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any
+    ) -> list[Any]:
+        """Calls a method of all worlds and returns its result, once for each row."""
+        results = [part.env_method(method_name, *args, **kwargs) for part in self._parts]
+        return self._of_rows(results, indices)
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
+        """Returns whether each row is wrapped; see ``BoatVecEnv.env_is_wrapped``."""
+        return self._of_rows((part.env_is_wrapped(wrapper_class) for part in self._parts), indices)
+
+    def _of_rows(self, values: Iterable[list[Any]], indices: VecEnvIndices) -> list[Any]:
+        """Returns those of some rows, of values by part and row."""
+        by_row = list(chain.from_iterable(values))
+        return [by_row[row] for row in self._get_indices(indices)]
+
+    def set_options(self, options: Any = None) -> None:
+        """Refuses options: episodes of a training begin as its curriculum says."""
         raise NotImplementedError("the worlds of a training are set up by its options alone")
-
-    set_options = set_attr = env_method = env_is_wrapped = _refuse
 
 
 class ResidualVecEnv(BoatVecEnv):
