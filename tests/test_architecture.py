@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-GROUND = {f"asv_env.{name}" for name in ("types", "checks", "geometry", "registry", "params")}
+GROUND = {
+    f"asv_env.{name}" for name in ("types", "checks", "files", "geometry", "registry", "params")
+}
 WORLD = {*GROUND, *(f"asv_env.{name}" for name in ("physics", "tasks", "sensing", "presets"))}
 WORLD |= {"asv_env.simulation", "asv_env.render", "asv_env.envs", "asv_env"}
 POLICIES = {f"baselines.{name}" for name in ("policy", "mirror", "paper", "scripted", "learned")}
@@ -19,6 +21,7 @@ ROOMS = {
     # the world
     "asv_env.types": set(),
     "asv_env.checks": set(),
+    "asv_env.files": set(),
     "asv_env.registry": GROUND,
     "asv_env.geometry": GROUND,
     "asv_env.params": GROUND,

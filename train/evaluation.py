@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from asv_env.files import write_text
 from asv_env.params import NOMINAL_LENGTH, EnvParams, TaskParams
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.rollout import runner
 from baselines.rollout.episodes import Episode
-from baselines.rollout.files import write_text
 from train.config import Config
 
 

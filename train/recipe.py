@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from asv_env.files import write
 from baselines.learned import policy_file
 from baselines.learned.policy_file import SUFFIX
 from baselines.rollout.commands import command
-from baselines.rollout.files import write
 from train.config import PRESETS, Config
 from train.run import BEST
 from train.sb3 import export, training

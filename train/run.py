@@ -20,12 +20,12 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
+from asv_env.files import remove_parts, write, write_text
 from asv_env.sensing import observation
 from baselines.learned import policy_file
 from baselines.learned.network import Layers, Metadata
 from baselines.learned.phases import Phase
 from baselines.rollout import provenance
-from baselines.rollout.files import remove_parts, write, write_text
 from train.config import CONTROL_RATE, Config
 
 COMMON = ("numpy", "scipy", "pymunk", "gymnasium", "torch")

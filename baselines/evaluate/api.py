@@ -13,6 +13,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from asv_env.checks import choice
+from asv_env.files import write_text
 from asv_env.params import EnvParams
 from baselines.evaluate import suites
 from baselines.evaluate.conditions import CUSTOM, Condition, Suite
@@ -25,7 +26,6 @@ from baselines.evaluate.summary import MEASURES, summarise
 from baselines.evaluate.tables import descriptions, formats
 from baselines.evaluate.workers import WorkerError
 from baselines.rollout import film, trajectories
-from baselines.rollout.files import write_text
 
 
 class InputError(ValueError):

@@ -9,6 +9,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from asv_env import files
 from baselines.evaluate import workers
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.policy_sources import (
@@ -23,7 +24,7 @@ from baselines.evaluate.results import Results
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import RunKey, Store
 from baselines.evaluate.workers import Job
-from baselines.rollout import files, provenance, trajectories
+from baselines.rollout import provenance, trajectories
 from baselines.rollout.episodes import Label
 
 FILES = ("episodes.csv", "summary.json", *document.FILES)  #: what a comparison leaves in its folder

@@ -11,10 +11,10 @@ from typing import Any, TypeVar, get_type_hints
 import numpy as np
 import pandas as pd
 
+from asv_env.files import write_text
 from asv_env.types import Bool, Float
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.rollout.episodes import COLUMNS, Episode
-from baselines.rollout.files import write_text
 
 T = TypeVar("T")
 HEADS = tuple("arm" if name == "condition" else name for name in COLUMNS)

@@ -13,11 +13,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from asv_env.files import write_text
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import grid
 from baselines.reproduce import style
 from baselines.rollout import provenance
-from baselines.rollout.files import write_text
 
 NAME = "record.json"
 LIBRARIES = ("numpy", "scipy", "pymunk", "matplotlib")

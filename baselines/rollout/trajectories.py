@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.files import write
 from asv_env.params import EnvParams
 from asv_env.sensing import observation
 from baselines.learned.policy_file import UNREADABLE
 from baselines.rollout import seeds
 from baselines.rollout.episodes import Episode, PoseLog, Trajectory
-from baselines.rollout.files import write
 
 FOLDER = "trajectories"
 

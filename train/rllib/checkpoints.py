@@ -13,8 +13,8 @@ from ray.rllib.algorithms.ppo import PPO
 from ray.rllib.core.columns import Columns
 from torch import nn
 
+from asv_env.files import write_text
 from baselines.learned.network import Layers, NetworkPolicy
-from baselines.rollout.files import write_text
 from train import actors
 from train.keep_best import Status
 from train.rllib.settings import BOAT

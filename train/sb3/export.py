@@ -12,13 +12,13 @@ import numpy as np
 import torch
 from tyro.conf import Positional
 
+from asv_env.files import write
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
 from baselines.learned import policy_file
 from baselines.learned.network import NetworkPolicy
 from baselines.rollout import seeds
 from baselines.rollout.commands import command
-from baselines.rollout.files import write
 from baselines.rollout.loop import rollout
 from train import actors
 from train.run import BEST

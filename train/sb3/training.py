@@ -14,8 +14,8 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from tqdm import tqdm
 
+from asv_env.files import write
 from baselines.learned.network import Layers
-from baselines.rollout.files import write
 from train import actors, imitation
 from train.config import SEEDS_PER_RUN, Config
 from train.evaluation import last_timesteps, truncate_curve

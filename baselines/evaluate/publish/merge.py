@@ -17,13 +17,14 @@ from typing import Any
 import tyro
 from tqdm import tqdm
 
+from asv_env import files
 from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import find
 from baselines.evaluate.report import rendering
 from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import summarise
-from baselines.rollout import files, runner
+from baselines.rollout import runner
 from baselines.rollout.commands import command
 from baselines.rollout.episodes import Episode, Label
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 
+from asv_env import files
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.conditions import Condition
@@ -24,7 +25,6 @@ from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import grid
 from baselines.learned import policy_file
-from baselines.rollout import files
 
 PROGRAM = "python -m baselines.evaluate.publish"
 FOLDER = "docs/results"

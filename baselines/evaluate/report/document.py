@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import asv_env
+from asv_env import files
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.report import charts, palette, rendering, replay, svg
 from baselines.evaluate.report.charts import Chart
@@ -16,7 +17,6 @@ from baselines.evaluate.report.replay import Cast
 from baselines.evaluate.report.svg import Svg
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import Store
-from baselines.rollout import files
 
 FILES = ("report.html", "report.md")
 
