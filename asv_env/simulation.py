@@ -124,7 +124,7 @@ class Simulation:
         index = self._rows_to_reset(mask)
         self._seed(index, [None] * len(index) if seeds is None else seeds)
         if goal is not None:
-            goal = np.array(self.params.task.checked_goal(goal))
+            goal = np.array(self.params.checked_goal(goal))
         self.state = copied(self.state)  # What was handed out stays as it was.
         for world in index:
             self._begin(int(world), goal)

@@ -71,11 +71,39 @@ class EnvParams:
                 f"walls = {walls:g} m lie inside start_distance = {task.start_distance!r} m; "
                 "make the basin larger"
             )
-        if walls is not None and task.goal is not None and max(map(abs, task.goal[:2])) > walls:
+        if task.goal is not None:
+            self.checked_goal(task.goal)
+
+    def checked_goal(self, goal: Any) -> tuple[float, float, float]:
+        """Returns a goal pose as three floats, m, m, rad, the heading wrapped.
+
+        Raises:
+            ValueError: not three finite numbers, outside the arena, or where the vessel would lie
+                in a wall by more than ``position_tolerance``.
+        """
+        x, y, heading = self.task.checked_goal(goal)
+        if not self.goal_fits((x, y, heading)):
             raise ValueError(
-                f"goal = {task.goal!r}: outside the walls at {walls:g} m; choose a nearer goal "
-                "or a larger basin"
+                f"goal = {goal!r}: the vessel would lie outside the walls at {self.water.walls:g} "
+                "m; choose a nearer goal or a larger basin"
             )
+        return x, y, heading
+
+    def goal_fits(self, goal: tuple[float, float, float]) -> bool:
+        """Returns whether the vessel fits within the walls at a goal pose, m, m, rad.
+
+        It may lie in them as far as the tolerance of the position reaches.
+        """
+        if self.water.walls is None:
+            return True
+        x, y, heading = goal
+        along, across = abs(math.cos(heading)), abs(math.sin(heading))
+        length, width = self.vessel.length / 2, self.vessel.width / 2
+        beyond = (
+            abs(x) + length * along + width * across - self.water.walls,
+            abs(y) + length * across + width * along - self.water.walls,
+        )
+        return math.hypot(*(max(0.0, d) for d in beyond)) <= self.task.position_tolerance
 
     @property
     def pitch(self) -> float:
