@@ -12,7 +12,7 @@ from asv_env import PRESETS, SCENARIOS, TASKS
 from baselines.evaluate.request import FILES
 from baselines.evaluate.results import HEADS
 from baselines.evaluate.store import NAME as STORE
-from baselines.evaluate.store import Store
+from baselines.evaluate.store import Store, _checksum
 from baselines.evaluate.suites import SUITES
 from baselines.policy import POLICIES
 
@@ -72,7 +72,10 @@ def test_what_is_there_is_kept_and_only_what_is_new_is_run(tmp_path, capsys):
     run(*SHORT, "--policies", "idle", "--out", tmp_path)
     before = rows(tmp_path)
     with sqlite3.connect(tmp_path / STORE) as base:  # as a mark that it is not run again
+        base.create_function("checked", -1, _checksum)
         base.execute("UPDATE episode SET row = replace(row, '\"effort\": 0.0', '\"effort\": 7.0')")
+        columns = "condition, policy, training, seed, row, log"
+        base.execute(f"UPDATE episode SET checksum = checked({columns})")
     run(*SHORT, "--policies", "idle", "random", "--episodes", 4, "--out", tmp_path)
     after = rows(tmp_path)
     assert [row.effort for row in after if row.policy == "idle"] == [7.0, 7.0, 7.0, 0.0]
@@ -128,7 +131,7 @@ def test_a_folder_that_cannot_be_is_refused(tmp_path, capsys):
 def test_a_file_that_is_no_database_is_refused(tmp_path, capsys):
     (tmp_path / STORE).write_text("something else, and long enough to be looked at" * 9)
     message = refused(capsys, *SHORT, "--policies", "idle", "--out", tmp_path)
-    assert "not a database of episodes" in message
+    assert "file is not a database" in message
 
 
 def test_a_suite_is_run_condition_by_condition(tmp_path):

@@ -6,32 +6,38 @@ different provenance are never mixed.
 """
 
 import json
+import os
 import sqlite3
 import zlib
-from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from asv_env.files import PERMISSION, SPACE, remove
 from asv_env.geometry import wrap
 from asv_env.types import Float
+from baselines.rollout import trajectories
 from baselines.rollout.episodes import Episode, PoseLog
+from baselines.rollout.lock import lock
 
 NAME = "episodes.sqlite"  #: file name of the database
 POLICY = "policy "  #: prefix of a policy's name in the provenance
-LAYOUT = 3  #: version of the database's layout: a new one wherever an old database would be misread
+LAYOUT = 4  #: version of the database's layout: a new one wherever an old database would be misread
 UNITS = (1e-3, 1e-3, 1e-4)  #: resolution of stored poses: m, m, rad
 TABLES = """
 CREATE TABLE IF NOT EXISTS provenance (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS episode (
     condition TEXT, policy TEXT, training INTEGER, seed INTEGER,
-    row TEXT NOT NULL, log BLOB NOT NULL,
+    row TEXT NOT NULL, log BLOB NOT NULL, checksum INTEGER NOT NULL,
     PRIMARY KEY (condition, policy, training, seed)
 );
 """
+SUFFIXES = ("", "-journal", "-wal", "-shm")  #: of the files that a database may consist of
+REMEDY = "remove it, or begin again with --overwrite"
 OF_RUN = "FROM episode WHERE condition = ? AND policy = ? AND training = ?"
 
 
@@ -45,14 +51,15 @@ class RunKey:
 
 
 class Store:
-    """The database of an output folder, which need not exist.
+    """The database of an output folder, which need not exist, and the lock of that folder.
 
     Its episodes have a provenance (suite, code and libraries, by name), and policies fingerprints.
-    With ``replace``, those of others may be removed; ``dropped`` names their policies.
+    With ``replace``, those of others may be removed, and a damaged database; ``dropped`` names
+    their policies. Every episode has a checksum, and all are compared when the database is opened.
 
     Raises:
         FileExistsError: the folder holds episodes of other provenance, or another run writes to it.
-        OSError: the database cannot be written.
+        OSError: the database is damaged, or cannot be written.
     """
 
     def __init__(
@@ -63,68 +70,128 @@ class Store:
         replace: bool,
     ) -> None:
         self._path = folder / NAME
+        with ExitStack() as stack:
+            stack.callback(lock(folder).release)
+            self._base = stack.enter_context(self._opened(folder, provenance, policies, replace))
+            self._open = stack.pop_all()
+
+    @contextmanager
+    def _opened(
+        self,
+        folder: Path,
+        provenance: Mapping[str, Any],
+        policies: Mapping[str, Any],
+        replace: bool,
+    ) -> Iterator[sqlite3.Connection]:
         shared = {"layout": LAYOUT, **provenance}
         own = {f"{POLICY}{name}": value for name, value in policies.items()}
         wanted = {name: json.dumps(v, sort_keys=True) for name, v in {**shared, **own}.items()}
-        found = _provenance(self._path)
-        changed = [name for name in wanted if found.get(name, wanted[name]) != wanted[name]]
+        try:
+            found, broken = _provenance(self._path), False
+        except DamagedError:
+            if not replace:
+                raise
+            found, broken = {}, True
+        expected = dict.fromkeys(shared, "nothing") if found else {}
+        before = {**wanted, **expected, **found}
+        changed = [name for name in wanted if before[name] != wanted[name]]
         if changed and not replace:
             name = changed[0]
             raise FileExistsError(
-                f"{folder} holds episodes of another {name} ({found[name]}, now {wanted[name]}): "
+                f"{folder} holds episodes of another {name} ({before[name]}, now {wanted[name]}): "
                 "choose another folder with --out, or replace them with --overwrite"
             )
-        if set(changed) & set(shared):
-            self._path.unlink()
+        if broken or set(changed) & set(shared):
+            for suffix in SUFFIXES:
+                remove(self._path.with_name(f"{NAME}{suffix}"))
             changed = list(found)
         self.dropped = tuple(n.removeprefix(POLICY) for n in changed if n.startswith(POLICY))
-        folder.mkdir(parents=True, exist_ok=True)
-        with _errors_named(self._path):
-            self._base = sqlite3.connect(self._path, timeout=1.0)
-            self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
-            self._base.executescript(TABLES)
-            with self._base:
+        if broken:  # then the trajectories say which there were
+            self.dropped = trajectories.policies(folder)
+        with _errors_named(self._path), closing(_connect(self._path)) as base:
+            base.execute("PRAGMA locking_mode = EXCLUSIVE")
+            base.executescript(TABLES)
+            with base:
                 for policy in self.dropped:
-                    self._base.execute("DELETE FROM episode WHERE policy = ?", (policy,))
-                self._base.executemany("REPLACE INTO provenance VALUES (?, ?)", wanted.items())
+                    base.execute("DELETE FROM episode WHERE policy = ?", (policy,))
+                base.executemany("REPLACE INTO provenance VALUES (?, ?)", wanted.items())
+            yield base
 
     def close(self) -> None:
-        """Closes the database."""
-        self._base.close()
+        """Closes the database, and gives the folder back."""
+        self._open.close()
 
     def seeds(self, key: RunKey) -> set[int]:
         """Returns the seeds of the stored episodes of a run."""
-        return {seed for (seed,) in self._base.execute(f"SELECT seed {OF_RUN}", astuple(key))}
+        with _errors_named(self._path):
+            found = self._base.execute(f"SELECT seed {OF_RUN}", astuple(key))
+            return {seed for (seed,) in found}
 
     def add(self, key: RunKey, log: PoseLog) -> None:
         """Stores an episode; it is on disk when this returns."""
-        row = json.dumps(asdict(log.episode))
-        values = (*astuple(key), log.episode.seed, row, packed(log))
+        where = (*astuple(key), log.episode.seed)
+        row, blob = json.dumps(asdict(log.episode)), packed(log)
+        values = (*where, row, blob, _checksum(*where, row, blob))
         with _errors_named(self._path), self._base:
-            self._base.execute("REPLACE INTO episode VALUES (?, ?, ?, ?, ?, ?)", values)
+            self._base.execute("REPLACE INTO episode VALUES (?, ?, ?, ?, ?, ?, ?)", values)
 
     def rows(self, key: RunKey, seeds: range) -> Iterator[Episode]:
         """Yields the stored episodes of a run that have these seeds, in their order."""
         query = f"SELECT row {OF_RUN} AND seed >= ? AND seed < ? ORDER BY seed"
-        for (row,) in self._base.execute(query, (*astuple(key), seeds.start, seeds.stop)):
-            yield Episode(**json.loads(row))
+        with _errors_named(self._path):
+            for (row,) in self._base.execute(query, (*astuple(key), seeds.start, seeds.stop)):
+                yield Episode(**json.loads(row))
 
     def log(self, key: RunKey, seed: int) -> PoseLog | None:
         """Returns the log of one episode, poses to the ``UNITS``; None if it is not there."""
         query = f"SELECT row, log {OF_RUN} AND seed = ?"
-        found = self._base.execute(query, (*astuple(key), seed)).fetchone()
-        return None if found is None else unpacked(Episode(**json.loads(found[0])), found[1])
+        with _errors_named(self._path):
+            found = self._base.execute(query, (*astuple(key), seed)).fetchone()
+            return None if found is None else unpacked(Episode(**json.loads(found[0])), found[1])
+
+
+class DamagedError(OSError):
+    """A file is not a database of episodes, or no longer a whole one."""
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(path, timeout=1.0, check_same_thread=False)
 
 
 def _provenance(path: Path) -> dict[str, str]:
-    """Returns the provenance of a database, as JSON by name; nothing of an empty one."""
-    if not path.exists():
+    """Returns the provenance of a database, as JSON by name; nothing of an empty one.
+
+    Raises:
+        DamagedError: it is not a whole database of episodes.
+    """
+    if not os.path.lexists(path):
         return {}
-    with _errors_named(path), closing(sqlite3.connect(path, timeout=1.0)) as base:
+    if not path.is_file():
+        raise DamagedError(f"{path} is not a file: {REMEDY}")
+    with _errors_named(path), closing(_connect(path)) as base:
+        ((answer,), *_) = base.execute("PRAGMA integrity_check(1)")
+        if answer != "ok":
+            raise ValueError(answer)
         tables = {name for (name,) in base.execute("SELECT name FROM sqlite_master")}
-        if "provenance" in tables:
-            return dict(base.execute("SELECT name, value FROM provenance"))
-        return {"layout": "an older one"} if tables else {}
+        if "provenance" not in tables:
+            return {"layout": "an older one"} if tables else {}
+        found = dict(base.execute("SELECT name, value FROM provenance"))
+        if found.get("layout") == json.dumps(LAYOUT):
+            _check(base.execute("SELECT * FROM episode"))
+        return found
+
+
+def _check(rows: Iterable[tuple[Any, ...]]) -> None:
+    """Refuses episodes that differ from what was stored."""
+    for *values, checksum in rows:
+        if _checksum(*values) != checksum:
+            raise ValueError(f"the episode of seed {values[3]} is not as it was stored")
+
+
+def _checksum(*values: Any) -> int:
+    """Returns a checksum of the columns of an episode."""
+    *words, log = values
+    return zlib.crc32(log, zlib.crc32(json.dumps(words).encode()))
 
 
 @contextmanager
@@ -132,17 +199,19 @@ def _errors_named(path: Path) -> Iterator[None]:
     """Turns errors of the database into those that name its file and a remedy."""
     try:
         yield
-    except sqlite3.DatabaseError as error:
-        code = getattr(error, "sqlite_errorcode", None)
+    except (sqlite3.Error, ValueError, TypeError, zlib.error, OverflowError) as error:
+        code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without its details
         if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
             raise FileExistsError(
                 f"{path} is in use by another run: wait for it, or choose another folder with --out"
             ) from error
-        if code == sqlite3.SQLITE_NOTADB:
-            raise FileExistsError(
-                f"{path} is not a database of episodes: remove it, or choose another --out"
-            ) from error
-        raise OSError(f"{path}: {error}") from error
+        if code in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR):
+            raise OSError(f"{path} cannot be written: {error}; {SPACE}") from error
+        if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM, sqlite3.SQLITE_CANTOPEN):
+            raise PermissionError(f"{path} cannot be written: {error}; {PERMISSION}") from error
+        raise DamagedError(
+            f"{path} is damaged, or of something else ({error}): {REMEDY}"
+        ) from error
 
 
 def packed(log: PoseLog) -> bytes:

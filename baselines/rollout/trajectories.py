@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.files import write
+from asv_env.files import named, write
 from asv_env.params import EnvParams
 from asv_env.sensing import observation
 from baselines.learned.policy_file import UNREADABLE
@@ -34,10 +34,17 @@ def folder(out: Path, condition: str, policy: str, training: int | None) -> Path
     return own if training is None else own / str(training)
 
 
+def policies(out: Path) -> tuple[str, ...]:
+    """Returns the names of the policies of which an output folder holds trajectories."""
+    return tuple(sorted({own.name for own in (out / FOLDER).glob("*/*") if own.is_dir()}))
+
+
 def remove(out: Path, policy: str) -> None:
     """Removes all trajectories of a policy from an output folder."""
-    for own in (out / FOLDER).glob(f"*/{policy}"):
-        shutil.rmtree(own)
+    for own in (out / FOLDER).glob("*/*"):
+        if own.name == policy:
+            with named(own, "cannot be removed"):
+                shutil.rmtree(own)
 
 
 def path(folder: Path, seed: int) -> Path:
@@ -73,7 +80,6 @@ def save(folder: Path, log: PoseLog, params: EnvParams) -> None:
         "control_rate": params.clock.control,
     }
     arrays["about"] = np.array(json.dumps(metadata))
-    folder.mkdir(parents=True, exist_ok=True)
     write(path(folder, log.episode.seed), lambda part: np.savez_compressed(part, **arrays))
 
 
