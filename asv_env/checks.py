@@ -1,12 +1,23 @@
-"""Checks of parameters, whose errors name the value and what it may be."""
+"""Checks of parameters, which make values of them; errors name the value and what it may be.
+
+A field of a dataclass states what it may be in its annotation, such as ``Annotated[float,
+Number(0.0, 1.0)]``, and ``check_fields`` replaces what was given by Python's own floats, ints,
+texts and tuples. Any finite real number is taken, of NumPy too, and any sequence or array of them.
+"""
 
 import difflib
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
 
 TINY = 1e-9  #: smallest value of a parameter that must be positive
+LARGEST_TEAM = 100  #: largest number of boats
+SHOWN = 200  #: number of characters of a value that a message shows
 
 
 class UnknownNameError(ValueError, KeyError):
@@ -15,80 +26,208 @@ class UnknownNameError(ValueError, KeyError):
     __str__ = Exception.__str__
 
 
+class UnknownOptionError(UnknownNameError, TypeError):
+    """An option that is not known, in the words that Python has for it."""
+
+
+def shown(value: object) -> str:
+    """Returns the text of a value for a message, on one line and not too long."""
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # also of whole numbers with very many digits
+        text = f"<{type(value).__name__}>"
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+
+
+def plain(value: Any) -> Any:
+    """Returns the Python number, text or list of a NumPy scalar or an array; others as they are."""
+    if not hasattr(type(value), "__array__"):
+        return value
+    try:
+        return np.asarray(value).tolist()
+    except Exception:  # an array of another library that cannot be read: the check refuses it
+        return value
+
+
 def choice(kind: str, value: object, known: Iterable[str]) -> str:
-    """Returns ``value`` if it is one of the known names.
+    """Returns the known name that ``value`` is.
 
     Raises:
         UnknownNameError: with the nearest known name.
     """
-    names = list(known)
-    if value in names:
-        return str(value)
+    names, word = list(known), plain(value)
+    if isinstance(word, str) and word in names:
+        return names[names.index(word)]
     listed = ", ".join(map(repr, names))
-    raise UnknownNameError(f"unknown {kind} {value!r}.{nearest(value, names)} Known: {listed}.")
+    raise UnknownNameError(f"unknown {kind} {shown(value)}.{nearest(word, names)} Known: {listed}.")
 
 
-def nearest(value: object, names: Sequence[str]) -> str:
-    """Returns " Did you mean ...?" with the name that is most like a value, or nothing."""
-    near = difflib.get_close_matches(str(value), names, n=1, cutoff=0.4)
-    return f" Did you mean {near[0]!r}?" if near else ""
+def check_option(name: str, known: Iterable[str]) -> None:
+    """Refuses an option that is not known, as Python refuses an argument.
 
-
-def is_finite(value: Any) -> bool:
-    """Returns whether a value is a real, finite number."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
-
-
-def check_numbers(owner: object, names: str, low: float, high: float = math.inf) -> None:
-    """Refuses fields, named with spaces between, that are not finite numbers in [low, high]."""
-    for name in names.split():
-        value = getattr(owner, name)
-        if not (is_finite(value) and low <= value <= high):
-            raise ValueError(
-                f"{type(owner).__name__}.{name} = {value!r}: must be a finite number in "
-                f"[{low:g}, {high:g}]"
-            )
-
-
-def check_pair(owner: object, name: str, low: float, what: str, ordered: bool = False) -> None:
-    """Refuses a field that is not two finite numbers of at least ``low``."""
-    value = getattr(owner, name)
-    fine = isinstance(value, Sequence) and len(value) == 2 and all(map(is_finite, value))
-    if not fine or min(value) < low or (ordered and value[0] > value[1]):
-        raise ValueError(
-            f"{type(owner).__name__}.{name} = {value!r}: must be {what}, two finite numbers of "
-            f"at least {low:g}"
+    Raises:
+        UnknownOptionError: with the nearest known name.
+    """
+    names = list(known)
+    if name not in names:
+        raise UnknownOptionError(
+            f"got an unexpected keyword argument {name!r}.{nearest(name, names)} "
+            f"Known: {', '.join(names)}."
         )
 
 
-def check_interval(owner: object, name: str, low: float) -> None:
-    """Refuses a field that is not (smallest, largest), both at least ``low``."""
-    check_pair(owner, name, low, "(smallest, largest)", ordered=True)
+def nearest(value: object, names: Sequence[str]) -> str:
+    """Returns " Did you mean ...?" with the name that is most like a text, or nothing."""
+    word = value[:SHOWN] if isinstance(value, str) else ""
+    near = difflib.get_close_matches(word, names, n=1, cutoff=0.4)
+    return f" Did you mean {near[0]!r}?" if near else ""
 
 
-def check_whole(owner: object, names: str, low: int) -> None:
-    """Refuses fields, named in one text, that are not whole numbers of at least ``low``."""
-    for name in names.split():
-        value = getattr(owner, name)
-        if isinstance(value, bool) or not isinstance(value, Integral) or value < low:
+def finite(value: Any) -> float | None:
+    """Returns a real, finite number as a float; None for anything else, truth values too."""
+    number = plain(value)
+    if isinstance(number, bool) or not isinstance(number, Real):
+        return None
+    try:
+        converted = float(number)
+    except (OverflowError, ValueError, TypeError):
+        return None
+    return converted if math.isfinite(converted) else None
+
+
+def numbers(value: Any, count: int) -> tuple[float, ...] | None:
+    """Returns a sequence or array of ``count`` finite numbers as floats; None for anything else."""
+    items = plain(value)
+    if not isinstance(items, Sequence) or isinstance(items, str | bytes) or len(items) != count:
+        return None
+    found = tuple(number for number in map(finite, items) if number is not None)
+    return found if len(found) == count else None
+
+
+@dataclass(frozen=True)
+class Number:
+    """A finite number in [low, high]."""
+
+    low: float
+    high: float
+
+    def checked(self, name: str, value: Any) -> float:
+        """Returns the value as a float; ValueError where it is none of these."""
+        number = finite(value)
+        if number is None or not self.low <= number <= self.high:
             raise ValueError(
-                f"{type(owner).__name__}.{name} = {value!r}: must be a whole number of at least "
-                f"{low}"
+                f"{name} = {shown(value)}: must be a finite number in [{self.low:g}, {self.high:g}]"
             )
+        return number
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A whole number in [low, high]."""
+
+    low: int
+    high: float = math.inf
+
+    def checked(self, name: str, value: Any) -> int:
+        """Returns the value as an int; ValueError where it is none of these."""
+        number = plain(value)
+        whole = isinstance(number, Integral) and not isinstance(number, bool)
+        if not whole or not self.low <= number <= self.high:
+            upper = f" and at most {self.high:g}" if self.high < math.inf else ""
+            raise ValueError(
+                f"{name} = {shown(value)}: must be a whole number of at least {self.low}{upper}"
+            )
+        return int(number)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two finite numbers in [low, high], of which an ``ordered`` pair has the smaller one first."""
+
+    what: str
+    low: float
+    high: float
+    ordered: bool = False
+
+    def checked(self, name: str, value: Any) -> tuple[float, ...]:
+        """Returns the value as a tuple of floats; ValueError where it is none of these."""
+        pair = numbers(value, 2)
+        if (
+            pair is None
+            or not self.low <= min(pair) <= max(pair) <= self.high
+            or (self.ordered and pair[0] > pair[1])
+        ):
+            raise ValueError(
+                f"{name} = {shown(value)}: must be {self.what}, two finite numbers in "
+                f"[{self.low:g}, {self.high:g}]"
+            )
+        return pair
+
+
+def interval(low: float, high: float) -> Pair:
+    """Returns the check of (smallest, largest), both in [low, high]."""
+    return Pair("(smallest, largest)", low, high, ordered=True)
+
+
+@dataclass(frozen=True)
+class Name:
+    """One of some known names."""
+
+    known: tuple[str, ...]
+
+    def checked(self, name: str, value: Any) -> str:
+        """Returns the known name; UnknownNameError where it is none."""
+        return choice(name.rpartition(".")[2], value, self.known)
+
+
+Check = Number | Whole | Pair | Name
+
+
+@cache
+def fields_checked(kind: type) -> dict[str, tuple[Check, bool]]:
+    """Returns the checks that the annotations of a class state, by field, and whether None is fine.
+
+    Fields whose annotation states no check are left out.
+    """
+    found: dict[str, tuple[Check, bool]] = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        parts = (hint, *get_args(hint))
+        checks = [check for part in parts for check in getattr(part, "__metadata__", ())]
+        if checks:
+            found[name] = checks[0], type(None) in parts
+    return found
+
+
+def check_fields(owner: object) -> None:
+    """Replaces the fields of a dataclass by values that its annotations allow.
+
+    Raises:
+        ValueError: a value that is not allowed, with the name of its field.
+    """
+    kind: Any = type(owner)
+    for name, (check, optional) in fields_checked(kind).items():
+        value = getattr(owner, name)
+        if value is not None or not optional:
+            _put(owner, name, check)
+
+
+def check_numbers(owner: object, names: str, low: float, high: float = math.inf) -> None:
+    """Makes floats of fields, named with spaces between, or refuses them; see ``Number``."""
+    for name in names.split():
+        _put(owner, name, Number(low, high))
+
+
+def check_whole(owner: object, names: str, low: int, high: float = math.inf) -> None:
+    """Makes ints of fields, named with spaces between, or refuses them; see ``Whole``."""
+    for name in names.split():
+        _put(owner, name, Whole(low, high))
+
+
+def _put(owner: object, name: str, check: Check) -> None:
+    value = check.checked(f"{type(owner).__name__}.{name}", getattr(owner, name))
+    object.__setattr__(owner, name, value)
 
 
 def check_num_boats(num_boats: Any) -> int:
-    """Returns a team size.
-
-    Raises:
-        ValueError: not a whole number from 2 to 100.
-    """
-    whole = isinstance(num_boats, Integral) and not isinstance(num_boats, bool)
-    if not whole or not 2 <= num_boats <= 100:
-        raise ValueError(f"num_boats = {num_boats!r}: must be a whole number from 2 to 100")
-    return int(num_boats)
+    """Returns a team size; ValueError if it is not a whole number from 2 to ``LARGEST_TEAM``."""
+    return Whole(2, LARGEST_TEAM).checked("num_boats", num_boats)

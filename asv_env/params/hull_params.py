@@ -4,7 +4,20 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from asv_env import geometry
-from asv_env.checks import TINY, check_numbers, check_pair
+from asv_env.checks import TINY, check_fields, check_numbers
+from asv_env.params.ranges import (
+    AddedInertia,
+    AddedMass,
+    BoatLength,
+    Drag,
+    DragPair,
+    Fraction,
+    Inertia,
+    Lag,
+    Mass,
+    Thrust,
+    VesselLength,
+)
 
 NOMINAL_LENGTH = 0.40  #: length of the nominal vessel, m
 
@@ -17,23 +30,18 @@ class HullParams:
     the water. Added mass acts as effective mass and inertia, the same along every axis.
     """
 
-    length: float  #: m
-    width: float  #: m
-    mass: float  #: dry mass, kg
-    added_mass: float  #: effective, kg
-    inertia: float | None  #: about the centre, kg m^2; None takes that of a uniform hull
-    added_inertia: float  #: effective, kg m^2
-    surge: tuple[float, float]  #: drag along +x, (linear kg/s, quadratic kg/m)
-    sway: tuple[float, float]  #: drag along +y, (linear kg/s, quadratic kg/m)
-    yaw: tuple[float, float]  #: drag moment, (linear N m s, quadratic N m s^2)
+    length: VesselLength  #: m
+    width: VesselLength  #: m
+    mass: Mass  #: dry mass, kg
+    added_mass: AddedMass  #: effective, kg
+    inertia: Inertia | None  #: about the centre, kg m^2; None takes that of a uniform hull
+    added_inertia: AddedInertia  #: effective, kg m^2
+    surge: DragPair  #: drag along +x, (linear kg/s, quadratic kg/m)
+    sway: DragPair  #: drag along +y, (linear kg/s, quadratic kg/m)
+    yaw: DragPair  #: drag moment, (linear N m s, quadratic N m s^2)
 
     def __post_init__(self) -> None:
-        check_numbers(self, "length width mass", TINY)
-        check_numbers(self, "added_mass added_inertia", 0.0)
-        if self.inertia is not None:
-            check_numbers(self, "inertia", TINY)
-        for name in ("surge", "sway", "yaw"):
-            check_pair(self, name, 0.0, "(linear, quadratic) drag")
+        check_fields(self)
 
     @property
     def outline(self) -> list[tuple[float, float]]:
@@ -66,26 +74,24 @@ class HullParams:
 class BoatParams(HullParams):
     """A differential-drive micro-ASV. Nominal: 12 cm long, 0.23 m/s at full thrust."""
 
-    length: float = 0.12
-    width: float = 0.065
-    mass: float = 0.10
-    added_mass: float = 0.02
-    inertia: float | None = 1.55e-4
-    added_inertia: float = 0.66e-4
-    surge: tuple[float, float] = (0.03, 0.25)
-    sway: tuple[float, float] = (0.08, 0.67)
-    yaw: tuple[float, float] = (1e-4, 3.6e-5)
-    bow: float = 0.02  #: width of the flat bow, m
-    thrust: float = 0.010  #: of one motor at full command ahead, N
-    astern: float = 0.6  #: thrust astern as a fraction of that ahead
-    lever_arm: float = 0.02  #: distance of each motor from the centre line, m
-    lag: float = 0.1  #: first-order time constant of the thrusters, s
+    length: BoatLength = 0.12
+    width: BoatLength = 0.065
+    mass: Mass = 0.10
+    added_mass: AddedMass = 0.02
+    inertia: Inertia | None = 1.55e-4
+    added_inertia: AddedInertia = 0.66e-4
+    surge: DragPair = (0.03, 0.25)
+    sway: DragPair = (0.08, 0.67)
+    yaw: DragPair = (1e-4, 3.6e-5)
+    bow: float = 0.02  #: width of the flat bow, at most that of the hull, m
+    thrust: Thrust = 0.010  #: of one motor at full command ahead, N
+    astern: Fraction = 0.6  #: thrust astern as a fraction of that ahead
+    lever_arm: BoatLength = 0.02  #: distance of each motor from the centre line, m
+    lag: Lag = 0.1  #: first-order time constant of the thrusters, s
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_numbers(self, "bow", TINY, min(self.width, self.length))
-        check_numbers(self, "thrust lever_arm lag", TINY)
-        check_numbers(self, "astern", 0.0, 1.0)
 
     @property
     def outline(self) -> list[tuple[float, float]]:
@@ -110,20 +116,16 @@ class BoatParams(HullParams):
 class VesselParams(HullParams):
     """A floating plank with cross fins at both ends, which limit its motion along its length."""
 
-    length: float = NOMINAL_LENGTH
-    width: float = 0.15
-    mass: float = 0.60
-    added_mass: float = 0.08
-    inertia: float | None = 9.1e-3
-    added_inertia: float = 0.8e-3
-    surge: tuple[float, float] = (0.20, 0.75)
-    sway: tuple[float, float] = (0.10, 2.0)
-    yaw: tuple[float, float] = (1.5e-3, 4e-3)
-    fins: float = 3.6  #: quadratic surge drag of the fins, kg/m, on top of the bare hull's
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_numbers(self, "fins", 0.0)
+    length: VesselLength = NOMINAL_LENGTH
+    width: VesselLength = 0.15
+    mass: Mass = 0.60
+    added_mass: AddedMass = 0.08
+    inertia: Inertia | None = 9.1e-3
+    added_inertia: AddedInertia = 0.8e-3
+    surge: DragPair = (0.20, 0.75)
+    sway: DragPair = (0.10, 2.0)
+    yaw: DragPair = (1.5e-3, 4e-3)
+    fins: Drag = 3.6  #: quadratic surge drag of the fins, kg/m, on top of the bare hull's
 
     def stretched(self, length: float) -> Self:
         """Returns the vessel at another length, with the same width, draft and fins.

@@ -1,11 +1,23 @@
 """Numbers of a task: distances, tolerances, times, and the weights of its reward."""
 
-import math
-from dataclasses import dataclass, fields, replace
-from typing import Any, Self
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 from asv_env import geometry
-from asv_env.checks import TINY, check_interval, check_numbers, choice
+from asv_env.checks import Name, check_fields, numbers, shown
+from asv_env.params.ranges import (
+    AngleTolerance,
+    Distance,
+    DistanceOrZero,
+    Distances,
+    Duration,
+    DurationOrZero,
+    Fraction,
+    Spacing,
+    Tolerance,
+    ToleranceOrZero,
+    Weight,
+)
 
 SIDES = ("+n", "-n", "goal")
 GOAL_ANCHORS = ("world", "closure")
@@ -17,34 +29,30 @@ class TaskParams:
 
     name: str = "transport"  #: see ``asv_env.tasks.TASKS``
     goal: tuple[float, float, float] | None = None  #: fixed pose, m, m, rad; None samples each
-    goal_distance: tuple[float, float] = (0.4, 1.2)  #: (smallest, largest) of a sampled goal, m
-    goal_anchor: str = "world"  #: or "closure": relative to the vessel's pose at closure
-    side: str = "+n"  #: from which boats push: "+n", "-n", or "goal", the side away from the goal
-    start_distance: tuple[float, float] = (0.5, 1.5)  #: (smallest, largest), of boats, m
-    start_spacing: float = 1.5  #: smallest distance between boats at first, boat lengths
-    arena: float = 3.0  #: half the side of the square that no body may leave, m
-    time_limit: float = 180.0  #: after which an episode is truncated, s
-    position_tolerance: float = 0.05  #: largest distance of a delivered vessel to its goal, m
-    heading_tolerance: float = 0.1  #: largest heading error of a delivered vessel, rad
-    speed_tolerance: float = 0.01  #: speed of a delivered vessel through the local water, m/s
-    yaw_rate_tolerance: float = 0.05  #: yaw rate of a delivered vessel, rad/s
-    nearing_tolerance: float = 0.001  #: speed to the goal below which a vessel comes no nearer, m/s
-    slot_distance: float = 0.03  #: distance within which a boat occupies its slot, m
-    slot_angle: float = 0.3  #: heading error within which a boat occupies its slot, rad
-    slot_speed: float = 0.02  #: speed on the vessel below which a boat occupies its slot, m/s
-    hold_time: float = 1.0  #: for which all slots must be occupied to succeed at approach, s
-    end_gap: float = 0.005  #: between the end boats and the ends of the vessel, m
+    goal_distance: Distances = (0.4, 1.2)  #: (smallest, largest) of a sampled goal, m
+    #: "world", or "closure": relative to the vessel's pose at closure
+    goal_anchor: Annotated[str, Name(GOAL_ANCHORS)] = "world"
+    #: from which boats push: "+n", "-n", or "goal", the side away from the goal
+    side: Annotated[str, Name(SIDES)] = "+n"
+    start_distance: Distances = (0.5, 1.5)  #: (smallest, largest), of boats, m
+    start_spacing: Spacing = 1.5  #: smallest distance between boats at first, boat lengths
+    arena: Distance = 3.0  #: half the side of the square that no body may leave, m
+    time_limit: Duration = 180.0  #: after which an episode is truncated, s
+    position_tolerance: Tolerance = 0.05  #: largest distance of a delivered vessel to its goal, m
+    heading_tolerance: AngleTolerance = 0.1  #: largest heading error of a delivered vessel, rad
+    speed_tolerance: Tolerance = 0.01  #: speed of a delivered vessel through the local water, m/s
+    yaw_rate_tolerance: Tolerance = 0.05  #: yaw rate of a delivered vessel, rad/s
+    #: speed to the goal below which a vessel comes no nearer, m/s
+    nearing_tolerance: ToleranceOrZero = 0.001
+    slot_distance: Tolerance = 0.03  #: distance within which a boat occupies its slot, m
+    slot_angle: AngleTolerance = 0.3  #: heading error within which a boat occupies its slot, rad
+    slot_speed: Tolerance = 0.02  #: speed on the vessel below which a boat occupies its slot, m/s
+    #: for which all slots must be occupied to succeed at approach, s
+    hold_time: DurationOrZero = 1.0
+    end_gap: DistanceOrZero = 0.005  #: between the end boats and the ends of the vessel, m
 
     def __post_init__(self) -> None:
-        choice("goal_anchor", self.goal_anchor, GOAL_ANCHORS)
-        choice("side", self.side, SIDES)
-        check_interval(self, "goal_distance", 0.0)
-        check_interval(self, "start_distance", TINY)
-        check_numbers(self, "nearing_tolerance hold_time end_gap", 0.0)
-        check_numbers(self, "start_spacing", 1.0)
-        check_numbers(self, "arena position_tolerance speed_tolerance yaw_rate_tolerance", TINY)
-        check_numbers(self, "slot_distance slot_speed time_limit", TINY)
-        check_numbers(self, "heading_tolerance slot_angle", TINY, math.pi)
+        check_fields(self)
         if self.goal is not None:
             object.__setattr__(self, "goal", self.checked_goal(self.goal))
 
@@ -54,15 +62,15 @@ class TaskParams:
         Raises:
             ValueError: not three finite numbers, or outside the arena.
         """
-        try:
-            x, y, heading = (float(value) for value in goal)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"goal = {goal!r}: give three numbers: x m, y m, rad") from error
-        if not all(map(math.isfinite, (x, y, heading))):
-            raise ValueError(f"goal = {goal!r}: must be finite")
+        pose = numbers(goal, 3)
+        if pose is None:
+            raise ValueError(
+                f"goal = {shown(goal)}: give three finite numbers: x m, y m, heading rad"
+            )
+        x, y, heading = pose
         if max(abs(x), abs(y)) > self.arena:
             raise ValueError(
-                f"goal = {goal!r}: outside the arena, whose half-width is {self.arena:g} m; "
+                f"goal = {pose!r}: outside the arena, whose half-width is {self.arena:g} m; "
                 "choose a nearer goal or a larger `arena`"
             )
         return x, y, float(geometry.wrap(heading))
@@ -84,17 +92,15 @@ class RewardParams:
     same at any control rate.
     """
 
-    closure: float = 0.5  #: progress towards the slots
-    delivery: float = 1.0  #: progress towards the goal
-    precision: float = 2.0  #: the last centimetres to the goal pose
-    success: float = 4.0  #: reward of an episode that succeeds
-    accuracy: float = 0.6  #: fraction of ``success`` that depends on how exact the delivery is
-    strayed: float = 4.0  #: penalty for leaving the arena
-    time: float = 0.05  #: penalty of a second
-    effort: float = 0.001  #: penalty of a second at full thrust
-    collision: float = 0.01  #: penalty of a second in contact with another boat or a wall
+    closure: Weight = 0.5  #: progress towards the slots
+    delivery: Weight = 1.0  #: progress towards the goal
+    precision: Weight = 2.0  #: the last centimetres to the goal pose
+    success: Weight = 4.0  #: reward of an episode that succeeds
+    accuracy: Fraction = 0.6  #: fraction of ``success`` that depends on how exact the delivery is
+    strayed: Weight = 4.0  #: penalty for leaving the arena
+    time: Weight = 0.05  #: penalty of a second
+    effort: Weight = 0.001  #: penalty of a second at full thrust
+    collision: Weight = 0.01  #: penalty of a second in contact with another boat or a wall
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            check_numbers(self, f.name, 0.0)
-        check_numbers(self, "accuracy", 0.0, 1.0)
+        check_fields(self)
