@@ -41,15 +41,17 @@ def __getattr__(name: str) -> object:
 
 
 def _register() -> None:
-    """Enters every task into both registries, once."""
+    """Enters every task into the registries that there are, once."""
     joint, vector = "asv_env.envs.joint:JointEnv", "asv_env.envs.vector:AsvVectorEnv"
     boats = "asv_env.envs.parallel:parallel_env"
+    # PettingZoo has a registry from 1.27 on; some libraries need an older one.
+    registered = getattr(_pettingzoo, "parallel_registry", None)
     for task in TASKS:
         name, given = f"asv_env/{task.capitalize()}-v0", {"task": task}
         if name not in _gymnasium.registry:
             _gymnasium.register(name, joint, vector_entry_point=vector, kwargs=given)
         name = f"asv_env/{task}-v0"
-        if name not in _pettingzoo.parallel_registry:
+        if registered is not None and name not in registered:
             _pettingzoo.register("parallel", name, entry_point=boats, kwargs=given)
 
 

@@ -74,8 +74,8 @@ def draw(options: Options, path: Path) -> None:
         raise FileExistsError(f"{path} exists; choose another name or add --overwrite")
     import imageio.v3 as imageio  # an extra
 
-    names = {"scenario": options.scenario, "preset": options.preset}
-    env = asv_env.JointEnv(options.task, options.num_boats, render_mode="rgb_array", **names)
+    world = options.task, options.num_boats, options.scenario
+    env = asv_env.JointEnv(*world, render_mode="rgb_array", preset=options.preset)
     env.reset(seed=options.seed)
     imageio.imwrite(path, env.render())
     env.close()

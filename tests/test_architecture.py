@@ -30,7 +30,7 @@ ROOMS = {
     "asv_env.sensing": {*GROUND, "asv_env.physics", "asv_env.tasks"},
     "asv_env.presets": {*GROUND, "asv_env.sensing", "asv_env.tasks"},
     "asv_env.simulation": {*GROUND, "asv_env.physics", "asv_env.sensing", "asv_env.tasks"},
-    "asv_env.render": {*GROUND, "asv_env.physics", "asv_env.tasks"},
+    "asv_env.render": {*GROUND, "asv_env.files", "asv_env.physics", "asv_env.tasks"},
     "asv_env.envs": WORLD - {"asv_env", "asv_env.physics"},
     "asv_env": WORLD,
     "asv_env.__main__": WORLD,

@@ -406,7 +406,7 @@ def test_window_shows_the_frame(window):
         assert viewer.draw(sim.state) is None
         drive(sim)
     assert viewer.draw(sim.state) is None
-    shown = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
+    shown = pygame.surfarray.array3d(viewer._window._window.get_surface()).swapaxes(0, 1)
     assert near(shown, colours.DECK).any()
 
 

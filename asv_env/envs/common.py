@@ -1,8 +1,11 @@
-"""What the adapters share: life cycle, rendering, spaces, options of a reset, metrics."""
+"""What the adapters share: life cycle, copies, rendering, spaces, options of a reset."""
 
+import math
 import warnings
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
+from copy import deepcopy
 from enum import Enum
+from numbers import Integral
 from typing import Any
 
 import gymnasium
@@ -10,11 +13,12 @@ import numpy as np
 from gymnasium.spaces import Box, Space
 
 from asv_env.checks import choice, nearest
+from asv_env.envs.gym_spec import completed
 from asv_env.params import EnvParams
 from asv_env.render import MODES
 from asv_env.sensing import observation
 from asv_env.simulation import Simulation
-from asv_env.types import Action, Float, Observation, TimeStep
+from asv_env.types import Action, Observation, TimeStep
 
 
 class ResetNeededError(gymnasium.error.ResetNeeded, RuntimeError, ValueError):
@@ -35,13 +39,19 @@ class Stage(Enum):
 
 
 class Adapter:
-    """A simulation behind an environment API."""
+    """A simulation behind an environment API.
+
+    A copy, by ``copy.deepcopy`` or ``pickle``, continues to the bit like the original. Windows and
+    drawn trails are not copied; a copy of an environment with ``render_mode="human"`` has
+    ``render_mode=None``.
+    """
 
     params: EnvParams  #: all parameters of the environment
     simulation: Simulation  #: the environment itself; scripted policies read its ``sensed``
     render_mode: str | None  #: "human", "rgb_array" or None
     metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 10}
     _viewer: Any = None
+    _spec: Any = None
 
     def _open(self, simulation: Simulation, render_mode: str | None, **metadata: Any) -> None:
         """Begins the life of an environment."""
@@ -49,14 +59,39 @@ class Adapter:
             choice("render_mode", render_mode, MODES)
         self.simulation, self.render_mode = simulation, render_mode
         self.params = simulation.params
-        self.metadata = {**self.metadata, "render_fps": self.params.clock.control, **metadata}
+        own = {"render_fps": self.params.clock.control, **metadata}
+        self.metadata = deepcopy(self.metadata) | own
         self._stage = Stage.NEW
 
-    def _boat_spaces(self, *leading: int) -> tuple[Space[Any], Space[Any]]:
-        """Returns the spaces of observations (..., K) and actions (..., 2) with leading axes."""
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns what a copy consists of: all but a window and what has been drawn."""
+        state = {name: value for name, value in vars(self).items() if name != "_viewer"}
+        if self.render_mode == "human":
+            state["render_mode"] = None
+        return state
+
+    @property
+    def spec(self) -> Any:
+        """The ``EnvSpec`` from which Gymnasium made the environment, or None."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: Any) -> None:
+        self._spec = completed(spec, self.params.time_limit_ticks)
+
+    def _boat_spaces(self, *team: int, flat: bool = False) -> tuple[Space[Any], Space[Any]]:
+        """Returns the spaces of observations (..., K) and actions (..., 2).
+
+        Args:
+            *team: leading axes, such as the number of boats.
+            flat: whether all axes become one.
+        """
         bound = observation.bounds(observation.features(self.params))
-        high = np.broadcast_to(bound, (*leading, len(bound)))
-        return Box(-high, high, dtype=np.float32), Box(-1.0, 1.0, (*leading, 2), dtype=np.float32)
+        high = np.array(np.broadcast_to(bound, (*team, len(bound))))
+        shape: tuple[int, ...] = (*team, 2)
+        if flat:
+            high, shape = high.reshape(-1), (math.prod(shape),)
+        return Box(-high, high, dtype=np.float32), Box(-1.0, 1.0, shape, dtype=np.float32)
 
     def _require(self, call: str, *stages: Stage) -> None:
         """Refuses a call in any other stage than these: ClosedError, ResetNeededError."""
@@ -74,20 +109,14 @@ class Adapter:
         self._show()
         return observations[0]
 
-    def _advance(self, action: Action) -> tuple[TimeStep, bool, bool, dict[str, Any]]:
-        """Advances an only world under an action (A, 2).
-
-        Returns:
-            The step, terminated, truncated and, at the end of an episode, its metrics.
-        """
+    def _advance(self, action: Action) -> tuple[TimeStep, bool, bool]:
+        """Advances an only world under an action (A, 2); returns step, terminated, truncated."""
         step = self.simulation.step(action[None])
         terminated, truncated = step.ending.terminated.item(), step.ending.truncated.item()
-        summary: dict[str, Any] = {}
         if terminated or truncated:
             self._stage = Stage.OVER
-            summary = summaries(self.simulation, [0])[0]
         self._show()
-        return step, terminated, truncated, summary
+        return step, terminated, truncated
 
     def render(self) -> Any:
         """Returns a frame (H, W, 3) uint8 with "rgb_array"; "human" needs no call."""
@@ -138,15 +167,13 @@ def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ())
     return options.get("goal")
 
 
-def summaries(simulation: Simulation, worlds: Iterable[int]) -> list[dict[str, Any]]:
-    """Returns the metrics of the episodes of some worlds, as Python scalars."""
-    summary = simulation.summary()
-    return [{name: value[world].item() for name, value in summary.items()} for world in worlds]
+def check_num_envs(num_envs: Any) -> int:
+    """Returns a number of worlds.
 
-
-def team_mean(values: Float) -> Float:
-    """Returns the mean (W,) over the boats of values (W, A) or (W, 1).
-
-    All adapters use this one formula, so that they agree to the bit.
+    Raises:
+        ValueError: not a whole number of at least 1.
     """
-    return np.add.reduce(values, axis=1) / values.shape[1]
+    whole = isinstance(num_envs, Integral) and not isinstance(num_envs, bool)
+    if not whole or num_envs < 1:
+        raise ValueError(f"num_envs = {num_envs!r}: must be a whole number of at least 1")
+    return int(num_envs)

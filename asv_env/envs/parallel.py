@@ -9,6 +9,8 @@ from pettingzoo import ParallelEnv
 
 from asv_env.checks import nearest
 from asv_env.envs.common import Adapter, Stage, goal_option
+from asv_env.envs.infos import metrics_of, of_world, reward_terms
+from asv_env.envs.limits import limited
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
 from asv_env.simulation import Simulation
@@ -30,6 +32,8 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     Args:
         task, num_boats, render_mode, scenario: as in ``JointEnv``.
         initial_states: distribution of the initial states, see ``Simulation``.
+        max_cycles, max_episode_steps: number of steps after which an episode is truncated, in
+            place of ``time_limit``; PettingZoo's and Gymnasium's name of the same.
         **options: see ``presets.make_params``.
     """
 
@@ -42,36 +46,42 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         render_mode: str | None = None,
         scenario: str | Overrides = "nominal",
         initial_states: InitialStates | None = None,
+        max_cycles: int | None = None,
+        max_episode_steps: int | None = None,
         **options: Any,
     ) -> None:
         params = make_params(task, num_boats, scenario, **options)
+        given = {"max_cycles": max_cycles, "max_episode_steps": max_episode_steps}
+        params = limited(params, options, **given)
         name = f"asv_env/{params.task.name}-v0"
         simulation = Simulation(params, initial_states=initial_states)
         self._open(simulation, render_mode, name=name)
-        self.possible_agents = [f"asv_{boat}" for boat in range(params.num_boats)]
-        self.agents: list[str] = []  #: those of the running episode
+        # What is public is the user's to change; what a name means is decided by these.
+        self._names = tuple(f"asv_{boat}" for boat in range(params.num_boats))
         # Every agent has spaces of its own, so that seeding one leaves the others alone.
-        spaces = {agent: self._boat_spaces() for agent in self.possible_agents}
-        self.observation_spaces = {agent: observed for agent, (observed, _) in spaces.items()}
-        self.action_spaces = {agent: acted for agent, (_, acted) in spaces.items()}
+        self._spaces = {agent: self._boat_spaces() for agent in self._names}
+        self.possible_agents = list(self._names)
+        self.agents: list[str] = []  #: those of the running episode
+        self.observation_spaces = {agent: seen for agent, (seen, _) in self._spaces.items()}
+        self.action_spaces = {agent: acted for agent, (_, acted) in self._spaces.items()}
         bound = global_state_bound(params.num_boats)
         self.state_space = Box(-bound, bound, dtype=np.float32)  #: of ``state()``, (S,)
 
     def observation_space(self, agent: str) -> Space[Any]:
         """Returns the agent's observation space, always the same object."""
-        return self._space(agent, self.observation_spaces)
+        return self._spaces[self._known(agent)][0]
 
     def action_space(self, agent: str) -> Space[Any]:
         """Returns the agent's action space, always the same object."""
-        return self._space(agent, self.action_spaces)
+        return self._spaces[self._known(agent)][1]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], Infos]:
         """Begins an episode, see ``JointEnv``; returns observations (K,) and infos by agent."""
         observation = self._begin(seed, goal_option(options))
-        self.agents = self.possible_agents[:]
-        return dict(zip(self.agents, observation, strict=True)), {a: {} for a in self.agents}
+        self.agents = list(self._names)
+        return dict(zip(self._names, observation, strict=True)), self._infos()
 
     def step(
         self, actions: Mapping[str, Action]
@@ -86,15 +96,13 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
             TypeError: actions that are not a mapping.
         """
         self._require("step", Stage.RUNNING)
-        agents = self.agents
-        step, terminated, truncated, summary = self._advance(self._stacked(actions))
+        step, terminated, truncated = self._advance(self._stacked(actions))
         if terminated or truncated:
             self.agents = []
-        observations = dict(zip(agents, step.observation[0], strict=True))
-        rewards = dict(zip(agents, step.reward[0].tolist(), strict=True))
-        ends = dict.fromkeys(agents, terminated), dict.fromkeys(agents, truncated)
-        infos = {a: {"reward_terms": _terms(step, i), **summary} for i, a in enumerate(agents)}
-        return observations, rewards, *ends, infos
+        observations = dict(zip(self._names, step.observation[0], strict=True))
+        rewards = dict(zip(self._names, step.reward[0].tolist(), strict=True))
+        ends = dict.fromkeys(self._names, terminated), dict.fromkeys(self._names, truncated)
+        return observations, rewards, *ends, self._infos(step)
 
     def state(self) -> Observation:
         """Returns the global state (S,) float32 for centralised critics; see ``global_state``."""
@@ -106,35 +114,37 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         self.agents = []
         super().close()
 
-    def _space(self, agent: str, spaces: dict[str, Space[Any]]) -> Space[Any]:
-        if agent not in spaces:
+    def _infos(self, step: TimeStep | None = None) -> Infos:
+        """Returns the info of every agent, with the terms of its own reward."""
+        terms = reward_terms(self.simulation, step)
+        # A term that the team shares has one column.
+        columns = {name: np.broadcast_to(v[0], len(self._names)) for name, v in terms.items()}
+        summary = of_world(metrics_of(self.simulation))
+        return {a: of_world(columns, i) | summary for i, a in enumerate(self._names)}
+
+    def _known(self, agent: str) -> str:
+        if agent not in self._names:
             raise ValueError(f"unknown agent {agent!r}.{self._nearest(agent)}")
-        return spaces[agent]
+        return agent
 
     def _stacked(self, actions: Mapping[str, Action]) -> Action:
-        """Returns the actions (A, 2) in the order of the agents."""
+        """Returns the actions (A, 2) in the order of the boats."""
         if not isinstance(actions, Mapping):
             raise TypeError(f"actions of type {type(actions).__name__}: give a dict by agent")
-        if actions.keys() != self.action_spaces.keys():
-            missing = [agent for agent in self.agents if agent not in actions]
-            unknown = [agent for agent in actions if agent not in self.action_spaces]
+        if actions.keys() != self._spaces.keys():
+            missing = [agent for agent in self._names if agent not in actions]
+            unknown = [agent for agent in actions if agent not in self._names]
             hint = self._nearest(unknown[0]) if unknown else ""
             raise ValueError(f"actions: missing agents {missing}, unknown agents {unknown}.{hint}")
-        stacked = [np.asarray(actions[agent]) for agent in self.agents]
-        for agent, action in zip(self.agents, stacked, strict=True):
+        stacked = [np.asarray(actions[agent]) for agent in self._names]
+        for agent, action in zip(self._names, stacked, strict=True):
             if action.shape != (2,):
                 raise ValueError(f"action of {agent} of shape {action.shape}: must be (2,)")
         return np.array(stacked)
 
     def _nearest(self, agent: object) -> str:
-        first, last = self.possible_agents[0], self.possible_agents[-1]
-        return f"{nearest(agent, self.possible_agents)} The agents are {first!r} to {last!r}."
-
-
-def _terms(step: TimeStep, boat: int) -> dict[str, float]:
-    """Returns the reward terms of a boat of an only world, as Python floats."""
-    # A term that the team shares has one column.
-    return {name: value[0, boat % value.shape[1]].item() for name, value in step.terms.items()}
+        first, last = self._names[0], self._names[-1]
+        return f"{nearest(agent, self._names)} The agents are {first!r} to {last!r}."
 
 
 parallel_env = AsvParallelEnv

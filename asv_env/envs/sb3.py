@@ -6,7 +6,10 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
-from asv_env.envs.common import Adapter, Stage, goal_option, summaries
+from asv_env.envs.common import Adapter, Stage, check_num_envs, goal_option
+from asv_env.envs.infos import metrics_of, of_world
+from asv_env.envs.limits import limited
+from asv_env.envs.row_attributes import RowAttributes
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
 from asv_env.simulation import WORLDS_PER_SPACE, Simulation
@@ -50,6 +53,7 @@ class BoatVecEnv(Adapter, VecEnv):
         worlds_per_space: see ``Simulation``.
         initial_states: distribution of the initial states, see ``Simulation``.
         with_state: whether the state of the world is observed too.
+        max_episode_steps: as in ``JointEnv``.
         **options: see ``presets.make_params``.
     """
 
@@ -67,9 +71,12 @@ class BoatVecEnv(Adapter, VecEnv):
         worlds_per_space: int = WORLDS_PER_SPACE,
         initial_states: InitialStates | None = None,
         with_state: bool = False,
+        max_episode_steps: int | None = None,
         **options: Any,
     ) -> None:
+        num_envs = check_num_envs(num_envs)
         params = make_params(task, num_boats, scenario, **options)
+        params = limited(params, options, max_episode_steps=max_episode_steps)
         simulation = Simulation(params, num_envs, worlds_per_space, initial_states)
         self._open(simulation, render_mode)
         self.num_worlds, self._team = num_envs, params.num_boats
@@ -79,6 +86,7 @@ class BoatVecEnv(Adapter, VecEnv):
         self._actions: Action | None = None
         self._began = time.time()
         observation_space, action_space = self._boat_spaces()
+        self._attributes = RowAttributes(self, num_envs * self._team)
         self._shape = (num_envs, self._team, *(observation_space.shape or ()))
         if with_state:
             bound = global_state_bound(self._team)
@@ -121,7 +129,7 @@ class BoatVecEnv(Adapter, VecEnv):
                 after close.
         """
         self._require("step", Stage.RUNNING)
-        actions = np.asarray(actions)
+        actions = np.array(actions)
         if actions.shape != (self.num_envs, 2):
             raise ValueError(f"actions of shape {actions.shape}: must be {(self.num_envs, 2)}")
         self._actions = actions.reshape(self.num_worlds, self._team, 2)
@@ -160,13 +168,13 @@ class BoatVecEnv(Adapter, VecEnv):
         worlds = np.flatnonzero(over)
         last = self._by_row(observation[worlds], worlds)  # copies
         elapsed = round(time.time() - self._began, 6)
-        reports = zip(worlds, summaries(self.simulation, worlds), strict=True)
-        for number, (world, summary) in enumerate(reports):
+        metrics = metrics_of(self.simulation)
+        for number, world in enumerate(map(int, worlds)):
             length = int(self.simulation.state.tick[world])
             for boat, total in enumerate(self._return[world].tolist()):
                 row = world * self._team + boat
                 infos[row] = {
-                    **summary,
+                    **of_world(metrics, world),
                     "terminal_observation": _row(last, number * self._team + boat),
                     "TimeLimit.truncated": not terminated[world],
                     "episode": {"r": total, "l": length, "t": elapsed},
@@ -182,23 +190,28 @@ class BoatVecEnv(Adapter, VecEnv):
         return [self._frame(world) for world in range(self.num_worlds)]
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Returns an attribute of the environment, which all rows share, once for each row."""
-        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
+        """Returns an attribute for each row; those of the environment are shared by all rows."""
+        return self._attributes.get(attr_name, self._get_indices(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Sets an attribute of the environment, which all rows share."""
-        setattr(self, attr_name, value)
+        """Sets an attribute of rows; ValueError for some rows of one that all share."""
+        rows = self._get_indices(indices)
+        self._attributes.set(attr_name, [value] * len(rows), rows)
 
     def env_method(
         self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any
     ) -> list[Any]:
         """Calls a method of the environment once; returns its result for each row."""
+        rows = self._get_indices(indices)
         result = getattr(self, method_name)(*args, **kwargs)
-        return [result for _ in self._get_indices(indices)]
+        return [result for _ in rows]
 
     def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
         """Returns for each row whether it is wrapped: as if by a Monitor, whose work it does."""
         return [issubclass(Monitor, wrapper_class) for _ in self._get_indices(indices)]
+
+    def _get_indices(self, indices: VecEnvIndices) -> list[int]:
+        return self._attributes.checked(indices)
 
     def _by_row(self, observation: Observation, worlds: Any) -> RowObservation:
         """Returns the observations (n, A, K) of some worlds, by rows."""

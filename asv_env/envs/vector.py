@@ -1,6 +1,7 @@
 """Adapter: a Gymnasium VectorEnv, many worlds, one agent for all boats of each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -8,13 +9,18 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from asv_env.checks import choice
-from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option, team_mean
+from asv_env.envs.common import Adapter, ResetNeededError, Stage, check_num_envs, goal_option
+from asv_env.envs.infos import masked, team_infos, team_mean
+from asv_env.envs.limits import limited
+from asv_env.envs.row_attributes import RowAttributes
 from asv_env.presets import Overrides, make_params
 from asv_env.simulation import WORLDS_PER_SPACE, Simulation
 from asv_env.tasks import Task
-from asv_env.types import Action, Bool, Float, Observation, TimeStep
+from asv_env.types import Action, Bool, Float, Observation
 
 Infos = dict[str, Any]
+SINGLE = {name: f"single_{name}" for name in ("observation_space", "action_space")}
+"""Attributes of a world that have another name for all worlds."""
 
 
 class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
@@ -22,8 +28,9 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
 
     W is the number of worlds, A that of boats, K that of observed features.
 
-    Observation: (W, A, K) float32.
-    Action: (W, A, 2) float32 in [-1, 1]; finite values outside are clipped.
+    Observation: (W, A, K) float32; (W, A K) with ``flat``.
+    Action: (W, A, 2) float32 in [-1, 1], (W, 2 A) with ``flat``; finite values outside are
+    clipped.
     Reward: (W,), the mean of the boats' rewards.
     End: success and leaving the arena terminate, the time limit truncates.
     Info: as in ``JointEnv``, in the format of Gymnasium's vector environments.
@@ -40,6 +47,8 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             with SAME_STEP the last observation and info are in ``infos["final_obs"]`` and
             ``infos["final_info"]``; with DISABLED use ``reset(options={"reset_mask": ...})``.
         worlds_per_space: see ``Simulation``; with 1 results do not depend on the batch.
+        flat, max_episode_steps: as in ``JointEnv``.
+        disable_env_checker: as ``gymnasium.make`` has it; there is no checker here.
         **options: see ``presets.make_params``.
     """
 
@@ -54,20 +63,27 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         render_mode: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         worlds_per_space: int = WORLDS_PER_SPACE,
+        flat: bool = False,
+        max_episode_steps: int | None = None,
+        disable_env_checker: bool | None = None,
         **options: Any,
     ) -> None:
         if not isinstance(autoreset_mode, AutoresetMode):
             known = [mode.value for mode in AutoresetMode]
             autoreset_mode = AutoresetMode(choice("autoreset_mode", autoreset_mode, known))
+        num_envs = check_num_envs(num_envs)
         params = make_params(task, num_boats, scenario, **options)
+        params = limited(params, options, max_episode_steps=max_episode_steps)
         simulation = Simulation(params, num_envs, worlds_per_space)
         self._open(simulation, render_mode, autoreset_mode=autoreset_mode)
-        self.num_envs, self._mode = num_envs, autoreset_mode
-        spaces = self._boat_spaces(params.num_boats)
+        self.num_envs, self.autoreset_mode = num_envs, autoreset_mode
+        spaces = self._boat_spaces(params.num_boats, flat=flat)
         self.single_observation_space, self.single_action_space = spaces
         self.observation_space, self.action_space = (batch_space(s, num_envs) for s in spaces)
+        self._shapes = tuple((num_envs, *(space.shape or ())) for space in spaces)
+        self._attributes = RowAttributes(self, num_envs)
         self._over = np.zeros(num_envs, dtype=np.bool_)
-        self._latest = np.zeros(self.observation_space.shape or (), dtype=np.float32)
+        self._latest = np.zeros(self._shapes[0], dtype=np.float32)
 
     def reset(
         self,
@@ -75,7 +91,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observation, Infos]:
-        """Begins new episodes; returns observations (W, A, K) of all worlds and empty infos.
+        """Begins new episodes; returns the observations of all worlds and their infos.
 
         Args:
             seed: seed of world 0, world i gets ``seed + i``; or one for each world; None
@@ -91,42 +107,73 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         mask = self._mask((options or {}).get("reset_mask"))
         seeds = self._seeds(seed)
         chosen = [seeds[world] for world in np.flatnonzero(mask)]
-        self._latest[mask] = self.simulation.reset(mask, chosen, goal)
-        if isinstance(seed, int):
-            super().reset(seed=seed)
+        observation = self.simulation.reset(mask, chosen, goal)
+        self._latest[mask] = observation.reshape(len(chosen), *self._shapes[0][1:])
+        if isinstance(seed, Integral):
+            super().reset(seed=int(seed))
         self._over[mask] = False
         self._stage = Stage.RUNNING
         self._show()
-        return self._latest.copy(), {}
+        return self._latest.copy(), masked(team_infos(self.simulation), mask)
 
     def step(self, actions: Action) -> tuple[Observation, Float, Bool, Bool, Infos]:
-        """Advances all worlds by a control step under actions (W, A, 2), or into the next episode.
+        """Advances all worlds by a control step under actions, or into the next episode.
 
         Returns:
-            Observations (W, A, K), rewards (W,), terminated (W,), truncated (W,), infos.
+            Observations, rewards (W,), terminated (W,), truncated (W,), infos.
 
         Raises:
             ValueError: as ``JointEnv.step``, with autoreset not after the end of an episode.
         """
         self._require("step", Stage.RUNNING)
         resetting = self._over
-        if resetting.any():
-            actions = self._without(actions, resetting)
-        step = self.simulation.step(actions)
+        step = self.simulation.step(self._checked(actions, resetting))
         ending = step.ending
         terminated, truncated = ending.terminated & ~resetting, ending.truncated & ~resetting
         reward = np.where(resetting, 0.0, team_mean(step.reward))
         over = terminated | truncated
-        same_step = self._mode is AutoresetMode.SAME_STEP
-        infos = self._infos(step, over, ~resetting, same_step)
-        observation = step.observation
+        same_step = self.autoreset_mode is AutoresetMode.SAME_STEP
         fresh = over if same_step else resetting
+        infos, observation = team_infos(self.simulation, step), step.observation
+        final = self._final(observation, infos, over) if same_step and over.any() else {}
         if fresh.any():
             observation[fresh] = self.simulation.reset(fresh)
+            begun = team_infos(self.simulation)
+            infos = {name: np.where(fresh, begun[name], value) for name, value in infos.items()}
+        infos = masked(infos, np.ones(self.num_envs, dtype=np.bool_)) | final
         self._over = over & (not same_step)
-        self._latest[...] = observation
+        self._latest = observation.reshape(self._shapes[0])
         self._show()
-        return observation, reward, terminated, truncated, infos
+        return self._latest.copy(), reward, terminated, truncated, infos
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Returns what a method or an attribute gives for each world; worlds share most of them.
+
+        Raises:
+            ValueError: a method that acts on all worlds at once.
+        """
+        if name in ("reset", "step", "close"):
+            raise ValueError(f"call({name!r}): it acts on all worlds at once; use env.{name}")
+        values = self._attributes.get(SINGLE.get(name, name), range(self.num_envs))
+        if not callable(values[0]):
+            return tuple(values)
+        result = values[0](*args, **kwargs)
+        return result if name == "render" else (result,) * self.num_envs
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Returns an attribute for each world, see ``call``."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Sets an attribute: a list or tuple has a value for each world, anything else is for all.
+
+        Raises:
+            ValueError: another number of values, or the worlds share this attribute.
+        """
+        values = values if isinstance(values, list | tuple) else [values] * self.num_envs
+        if len(values) != self.num_envs:
+            raise ValueError(f"{len(values)} values for {self.num_envs} worlds: give one for each")
+        self._attributes.set(name, values, range(self.num_envs))
 
     def render(self) -> tuple[Any, ...]:
         """Returns frames (H, W, 3) uint8 of all worlds; with "human" the window shows world 0."""
@@ -141,33 +188,27 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         """Closes the window, if there is one; the environment cannot be used any more."""
         Adapter.close(self)
 
-    def _without(self, actions: Action, resetting: Bool) -> Action:
-        """Returns actions that are 0 in the worlds whose next episode begins."""
-        if self._mode is AutoresetMode.DISABLED:
+    def _checked(self, actions: Action, resetting: Bool) -> Action:
+        """Returns actions (W, A, 2) that are 0 in the worlds whose next episode begins."""
+        if resetting.any() and self.autoreset_mode is AutoresetMode.DISABLED:
             worlds = np.flatnonzero(resetting).tolist()
             raise ResetNeededError(
                 f"step: the episodes of worlds {worlds} are over; call reset with "
                 "options={'reset_mask': ...} first"
             )
         actions = np.array(actions)
-        if actions.shape == self.action_space.shape:
-            actions[resetting] = 0.0
-        return actions
+        if actions.shape != self._shapes[1]:
+            raise ValueError(f"actions of shape {actions.shape}: must be {self._shapes[1]}")
+        actions[resetting] = 0.0
+        return actions.reshape(self.num_envs, -1, 2)
 
-    def _infos(self, step: TimeStep, over: Bool, stepped: Bool, same_step: bool) -> Infos:
-        terms = {name: team_mean(value) for name, value in step.terms.items()}
-        continuing = stepped & ~over if same_step else stepped
-        infos = _masked({"reward_terms": terms}, continuing) if continuing.any() else {}
-        if not over.any():
-            return infos
-        summary = self.simulation.summary()
-        if not same_step:
-            return infos | _masked(summary, over)
+    def _final(self, observation: Observation, infos: Infos, over: Bool) -> Infos:
+        """Returns the last observations and infos of the worlds whose episodes are over."""
         last = np.full(self.num_envs, None, dtype=object)
         for world in np.flatnonzero(over):
-            last[world] = step.observation[world].copy()
-        infos |= {"final_obs": last, "_final_obs": over.copy()}
-        return infos | _masked({"final_info": {"reward_terms": terms, **summary}}, over)
+            last[world] = observation[world].reshape(self._shapes[0][1:]).copy()
+        infos = {"final_info": masked(infos, over), "_final_info": over.copy()}
+        return {"final_obs": last, "_final_obs": over.copy(), **infos}
 
     def _mask(self, mask: Any) -> Bool:
         mask = np.ones(self.num_envs, dtype=np.bool_) if mask is None else np.asarray(mask)
@@ -182,18 +223,6 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             if len(seed) != self.num_envs:
                 raise ValueError(f"{len(seed)} seeds for {self.num_envs} worlds: give one for each")
             return list(seed)
-        if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
+        if isinstance(seed, Integral) and not isinstance(seed, bool):
             return [seed + world for world in range(self.num_envs)]
         return [seed] * self.num_envs  # None, or what the simulation refuses
-
-
-def _masked(values: Mapping[str, Any], mask: Bool) -> dict[str, Any]:
-    """Returns values (W,) by name, zero outside a mask (W,), with their masks as Gymnasium does."""
-    infos: dict[str, Any] = {}
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            infos[name] = _masked(value, mask)
-        else:
-            infos[name] = np.where(mask, value, value.dtype.type(0))
-        infos[f"_{name}"] = mask.copy()
-    return infos

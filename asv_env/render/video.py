@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from asv_env import files
 from asv_env.types import Frame
 
 SUFFIXES = (".gif", ".mp4")
@@ -44,8 +45,8 @@ def save(
     if path.exists() and not overwrite:
         raise FileExistsError(f"{path} exists; pass overwrite=True to replace it")
     checked = _checked(frames)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    {".gif": _save_gif, ".mp4": _save_mp4}[suffix](checked, path, fps)
+    save = {".gif": _save_gif, ".mp4": _save_mp4}[suffix]
+    files.write(path, lambda part: save(checked, part, fps))
     return path
 
 

@@ -13,10 +13,11 @@ from asv_env.params import EnvParams
 from asv_env.render import MODES, bodies
 from asv_env.render.backdrop import paint_backdrop
 from asv_env.render.camera import Box, Camera, Trail, first_box, next_box
-from asv_env.render.canvas import Canvas, Window, pygame
+from asv_env.render.canvas import Canvas, pygame
 from asv_env.render.captions import paint_header, paint_legend
 from asv_env.render.colours import WATER_BOTTOM, WATER_TOP
 from asv_env.render.layout import DESIGN, Layout
+from asv_env.render.window import Window
 from asv_env.types import Float, Frame, State, rows
 
 SMALLEST = 240  #: smallest side of a frame, px
@@ -57,6 +58,7 @@ class Viewer:
         """Whether the window was closed; then ``draw`` does nothing any more."""
         return self._window.closed
 
+    @np.errstate(all="ignore")
     def draw(self, state: State, world: int = 0) -> Frame | None:
         """Draws a world of a state, which is only read.
 

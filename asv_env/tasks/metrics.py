@@ -61,8 +61,8 @@ def summary(
 ) -> dict[str, Float | Bool]:
     """Returns the metrics of the episodes, each (W,), as ``info`` has them at the end.
 
-    They are ``is_success``, ``strayed``, errors (m, rad), times (s, NaN where the event never
-    came), the running totals, and the metrics of the task's own.
+    They are ``is_success``, ``strayed``, errors (m, rad), times (s, infinite where the event has
+    not come), the running totals, and the metrics of the task's own.
     """
     hz = params.clock.control
     arrived = (tally.arrival_tick >= 0).all(axis=1)
@@ -74,9 +74,9 @@ def summary(
         "strayed": ending.strayed,
         "position_error": relations.goal_error,
         "heading_error": relations.heading_error,
-        "time_to_closure": np.where(closed, tally.closure_tick / hz, np.nan),
-        "closure_spread": np.where(arrived, spread / hz, np.nan),
-        "time_to_goal": np.where(ending.reached, state.tick / hz, np.nan),
+        "time_to_closure": np.where(closed, tally.closure_tick / hz, np.inf),
+        "closure_spread": np.where(arrived, spread / hz, np.inf),
+        "time_to_goal": np.where(ending.reached, state.tick / hz, np.inf),
         **tallied,
         **{one.name: one.value(state, relations, params) for one in params.definition.metrics},
     }

@@ -55,7 +55,7 @@ class Term:
     """One term of the reward: a function of the transition, or the rise of a potential.
 
     Attributes:
-        name: key of the term in ``info["reward_terms"]``.
+        name: of the term, whose key in infos is ``reward_<name>``.
         value: function from a ``Transition`` to values (W,), or (W, A) if not shared.
         potential: function from true relations, state and parameters to a potential (W,), in place
             of ``value``. The value is its rise in a tick, limited to +-``LARGEST_STEP``.

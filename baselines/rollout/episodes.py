@@ -112,6 +112,6 @@ def row(
     }
     for column in COLUMNS:
         value = values[column]
-        if column in definition.not_applicable or (isinstance(value, float) and math.isnan(value)):
+        if column in definition.not_applicable or (isinstance(value, float) and math.isinf(value)):
             values[column] = None
     return Episode(**{column: values[column] for column in COLUMNS})

@@ -1,0 +1,47 @@
+"""The time limit as other libraries give it: a number of steps, ``max_episode_steps``."""
+
+from collections.abc import Mapping
+from dataclasses import is_dataclass, replace
+from numbers import Integral
+from typing import Any
+
+from asv_env.params import EnvParams
+
+
+def limited(params: EnvParams, options: Mapping[str, Any], **steps: Any) -> EnvParams:
+    """Returns parameters whose episodes are truncated after a number of control steps.
+
+    Args:
+        params: parameters of the environment.
+        options: those of ``make_params`` from which the parameters were made.
+        **steps: the number, by the name under which a library passes it; None, or -1 as
+            Gymnasium has it, leaves the time limit as it is.
+
+    Raises:
+        ValueError: not a whole number of at least 1, or another limit is given too.
+    """
+    given = {name: number for name, number in steps.items() if not _is_none(number)}
+    for name, number in given.items():
+        if isinstance(number, bool) or not isinstance(number, Integral) or number < 1:
+            raise ValueError(f"{name} = {number!r}: must be a whole number of at least 1, or None")
+    if len(set(given.values())) > 1:
+        raise ValueError(f"{' and '.join(f'{k} = {v}' for k, v in given.items())}: give one")
+    hz, ticks = params.clock.control, params.time_limit_ticks
+    for name, number in given.items():
+        if number != ticks and _has_time_limit(options):
+            raise ValueError(
+                f"{name} = {number} and time_limit = {params.task.time_limit:g} s, which is "
+                f"{ticks} steps at {hz} Hz: give one of the two, the other as None"
+            )
+        if number != ticks:
+            return replace(params, task=replace(params.task, time_limit=int(number) / hz))
+    return params
+
+
+def _is_none(number: Any) -> bool:
+    return number is None or (isinstance(number, Integral) and number == -1)
+
+
+def _has_time_limit(options: Mapping[str, Any]) -> bool:
+    task = options.get("task_params", {})
+    return "time_limit" in options or is_dataclass(task) or "time_limit" in task
