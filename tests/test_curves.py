@@ -8,6 +8,7 @@ import pytest
 from train import curves
 
 COLUMNS = ("timesteps", "seconds", "num_boats", "scenario", "episodes", "success", "median_time")
+ERRORS = ("position_error", "heading_error", "penalised_time")
 
 
 @pytest.fixture
@@ -19,10 +20,10 @@ def runs(tmp_path):
         folders[-1].mkdir()
         with (folders[-1] / "curve.csv").open("w", newline="") as file:
             writer = csv.writer(file)
-            writer.writerow(COLUMNS)
+            writer.writerow((*COLUMNS, *ERRORS))
             for at in times:
-                writer.writerow((at, 60 * at, 4, "noisy", 10, 0.2 * at, 50 - at))
-                writer.writerow((at, 60 * at, 4, "nominal", 10, 0.0, "nan"))
+                writer.writerow((at, 60 * at, 4, "noisy", 10, 0.2 * at, 50 - at, 0.01, 0.1, 60))
+                writer.writerow((at, 60 * at, 4, "nominal", 10, 0.0, "nan", "nan", "nan", 120))
     return folders
 
 
@@ -51,8 +52,10 @@ def test_a_picture_is_drawn(runs, tmp_path):
     [
         (["a=nowhere", "--out", "x.png"], "nowhere/curve.csv does not exist"),
         (["a=one", "--out", "x.png", "--num-boats", "6"], "no evaluations with 6 boats"),
-        (["a=one", "--out", "x.doc"], "doc"),
-        (["one"] * 7 + ["--out", "x.png"], "7 curves: at most 6"),
+        (["a=one", "--out", "x.doc"], "unknown kind of picture '.doc'"),
+        (["a=one", "--out", "x"], "unknown kind of picture"),
+        (["a=one", "a=two", "--out", "x.png"], "name each curve once"),
+        (["one"] * 7 + ["--out", "x.png"], "7 curves: 1 to 6"),
     ],
 )
 def test_what_cannot_be_drawn_is_named(words, message, runs, monkeypatch):

@@ -37,7 +37,7 @@ def content(folder):
 def test_a_run_leaves_its_files(trained):
     assert {path.name for path in trained.iterdir()} == {
         *("config.json", "checkpoint.zip", "curve.csv", "best.npz", "best.zip", "policy.npz"),
-        "tensorboard",
+        *("tensorboard", ".lock"),
     }
     config = json.loads((trained / "config.json").read_text())
     assert config["options"]["worlds"]["num_envs"] == 8

@@ -7,14 +7,16 @@ from collections.abc import Sequence
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trains as a command line says; exits with a message where something is wrong."""
     try:
+        from baselines.rollout.commands import steady
         from train.config import parse
 
-        config = parse(arguments)
-        if config.engine == "rllib":
-            from train.rllib.engine import train
-        else:
-            from train.sb3.training import train
-        train(config)
+        with steady():
+            config = parse(arguments)
+            if config.engine == "rllib":
+                from train.rllib.engine import train
+            else:
+                from train.sb3.training import train
+            train(config)
         print(f"the best policy of the run: {config.folder / 'best.npz'}")
     except (ValueError, OSError, ImportError) as error:
         sys.exit(f"python -m train: {_with_remedy(error)}")

@@ -8,6 +8,7 @@ a run alone, Wilson's interval of its success.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,13 +19,17 @@ from scipy.stats import sem
 from scipy.stats import t as student
 from tyro.conf import Positional
 
+from asv_env.checks import choice
+from asv_env.files import write
 from asv_env.types import Float
 from baselines.evaluate import statistics
-from baselines.evaluate.report import palette
+from baselines.evaluate.report import look, palette
 from baselines.rollout.commands import command
 from train import evaluation
 
 CONFIDENCE = 0.95
+SUFFIXES = (".png", ".svg", ".pdf")
+SETTINGS = {"savefig.dpi": 150, "svg.hashsalt": "curves", "text.parse_math": False}
 
 
 @dataclass(frozen=True)
@@ -127,14 +132,23 @@ def plot(
         scenario: Disturbances of the worlds.
         title: Title of the picture.
     """
-    if len(curves) > len(palette.SERIES):
-        raise ValueError(f"{len(curves)} curves: at most {len(palette.SERIES)} in a picture")
-    found = {}
+    if not 1 <= len(curves) <= len(palette.SERIES):
+        raise ValueError(f"{len(curves)} curves: 1 to {len(palette.SERIES)} fit into a picture")
+    choice("kind of picture", out.suffix, SUFFIXES)
+    found: dict[str, Curve] = {}
     for word in curves:
-        name, _, runs = word.partition("=")
-        folders = [Path(run) for run in (runs or name).split(",")]
+        name, equals, runs = word.partition("=")
+        if not equals or Path(word).exists():
+            name = runs = word
+        if name in found:
+            raise ValueError(f"{word}: name each curve once")
+        folders = [Path(run) for run in ([runs] if Path(runs).exists() else runs.split(","))]
         found[name] = read(folders, num_boats, scenario)
-    draw(found, title).savefig(out, dpi=150)
+    with look.settings(SETTINGS):
+        figure = draw(found, title)
+        nothing = {"Date": None} if out.suffix == ".svg" else {"CreationDate": None}
+        metadata: Any = None if out.suffix == ".png" else nothing
+        write(out, lambda part: figure.savefig(part, metadata=metadata))
 
 
 main = command(plot, "python -m train.curves")

@@ -1,9 +1,11 @@
 """Scores of a policy while it is trained, on development seeds, and ``curve.csv``, their file."""
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
+from typing import Any, get_type_hints
 
 import numpy as np
 import pandas as pd
@@ -14,6 +16,10 @@ from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.rollout import runner
 from baselines.rollout.episodes import Episode
 from train.config import Config
+
+DTYPES = {int: "int64", float: "float64", str: "str"}  #: types of pandas columns by those of fields
+UNDEFINED = ["median_time", "position_error", "heading_error"]
+"""Columns that are "nan" where no episode succeeded."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +82,30 @@ def _median(values: Sequence[float | None]) -> float:
 
 
 def read_curve(file: Path) -> pd.DataFrame:
-    """Returns the rows of the file, each a ``Score``; none where it does not exist yet."""
+    """Returns the rows of the file, each a ``Score``; none where it does not exist yet.
+
+    Raises:
+        ValueError: the file is damaged.
+    """
+    names = [field.name for field in fields(Score)]
     if not file.exists() or not file.stat().st_size:
-        return pd.DataFrame(columns=[field.name for field in fields(Score)])
-    return pd.read_csv(file)
+        return pd.DataFrame(columns=names)
+    kinds = {name: DTYPES[kind] for name, kind in get_type_hints(Score).items()}
+    try:
+        text = file.read_text(encoding="utf-8")
+        if text.partition("\n")[0] != ",".join(names):
+            raise ValueError(f"its columns must be {', '.join(names)}")
+        if not text.endswith("\n"):
+            raise ValueError("its last line is torn")
+        options: dict[str, Any] = {"keep_default_na": False, "na_values": ["nan"]}
+        rows = pd.read_csv(io.StringIO(text), dtype=kinds, **options)
+        if rows.isna().drop(columns=UNDEFINED).any(axis=None):
+            raise ValueError("a number is missing")
+        return rows
+    except ValueError as error:
+        raise ValueError(
+            f"{file} is no learning curve ({error}): remove it, or begin again with --overwrite"
+        ) from error
 
 
 def append_to_curve(file: Path, scores: Sequence[Score]) -> None:

@@ -7,19 +7,17 @@ policy for Push and Transport, with two networks for every team and two for team
 its own; the same command resumes where it was stopped.
 """
 
-import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from asv_env.files import write
+from asv_env.files import write_bytes
 from baselines.learned import policy_file
 from baselines.learned.policy_file import SUFFIX
 from baselines.rollout.commands import command
 from train.config import PRESETS, Config
 from train.run import BEST
-from train.sb3 import export, training
 
 
 @dataclass(frozen=True)
@@ -124,6 +122,8 @@ def follow(seed: int = 0, out: Path | None = None, torch_threads: int = 2) -> No
     Raises:
         ValueError, OSError: a folder holds something else; see ``train.launch.open_run``.
     """
+    from train.sb3 import training  # needs torch, which takes its time
+
     out = out or Path(f"runs/train/recipe-{seed}")
     for name in TRAININGS:
         print(f"{name}: {out / name}", file=sys.stderr)
@@ -131,7 +131,7 @@ def follow(seed: int = 0, out: Path | None = None, torch_threads: int = 2) -> No
         training.train(config)
         if config.init_from and not policy_file.read(out / name / BEST)[1]["timesteps"]:
             print(f"{name}: nothing better than its initial policy", file=sys.stderr)
-    shutil.copyfile(_checked(out / APPROACH), out / f"approach{SUFFIX}")
+    write_bytes(out / f"approach{SUFFIX}", _checked(out / APPROACH).read_bytes())
     join(out, PAIRS, out / f"transport{SUFFIX}")
 
 
@@ -167,11 +167,13 @@ def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) ->
             phase, model_card = policy_file.read_single(_checked(out / name))
             phases.append(replace(phase, patience=patience, team_size=team_size))
             model_cards.append(model_card)
-    write(file, lambda part: policy_file.save(part, phases, {"phases": model_cards}))
+    policy_file.save(file, phases, {"phases": model_cards})
 
 
 def _checked(run: Path) -> Path:
     """Returns the best policy file of a run, compared with the network that was trained."""
+    from train.sb3 import export
+
     export.check(run)
     return run / BEST
 

@@ -13,25 +13,28 @@
 
 import json
 import platform
-import shutil
-import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from asv_env.files import remove_parts, write, write_text
+from filelock import BaseFileLock
+
+from asv_env.files import PREFIX, named, remove, remove_parts, write_text
 from asv_env.sensing import observation
 from baselines.learned import policy_file
 from baselines.learned.network import Layers, Metadata
 from baselines.learned.phases import Phase
 from baselines.rollout import provenance
+from baselines.rollout.lock import NAME as LOCK
+from baselines.rollout.lock import lock
+from baselines.rollout.provenance import revision
 from train.config import CONTROL_RATE, Config
 
 COMMON = ("numpy", "scipy", "pymunk", "gymnasium", "torch")
 LIBRARIES = {"sb3": (*COMMON, "stable-baselines3"), "rllib": (*COMMON, "ray")}
 CONFIG, TENSORBOARD, BEST, LAST = "config.json", "tensorboard", "best.npz", "policy.npz"
-OWN = (CONFIG, TENSORBOARD, BEST, LAST, "best.zip", "checkpoint.zip", "checkpoint", "curve.csv")
+LEARNED = (BEST, LAST, "best.zip", "checkpoint.zip", "checkpoint", "curve.csv")
+OWN = (CONFIG, TENSORBOARD, *LEARNED)
 """Files and folders that are deleted when a run starts again."""
 
 
@@ -43,28 +46,44 @@ class Run:
         self.curve = self.folder / "curve.csv"
         self.checkpoint = self.folder / "checkpoint.zip"  #: from which stable-baselines3 resumes
         self.checkpoints = self.folder / "checkpoint"  #: folder from which RLlib resumes
+        self._lock: BaseFileLock | None = None
 
     def open(self, began_with: dict[str, Any] | None = None) -> None:
         """Creates the folder, or accepts that of the same run; without a checkpoint, starts again.
+
+        No other run can use the folder until ``close``.
 
         Args:
             began_with: model card of the policy file with which learning begins, if there is one.
 
         Raises:
             ValueError: the folder holds another run, or one that this code cannot resume.
-            FileExistsError: it holds something else.
+            FileExistsError: it holds something else, or another run uses it.
+            OSError: nothing can be written there.
         """
-        config = self._read_config()
+        self._check_folder()  # before a lock is left in it
+        self._lock = lock(self.folder)
+        try:
+            self._open(began_with)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Gives the folder back."""
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    def _open(self, began_with: dict[str, Any] | None) -> None:
+        config = self._check_folder()
         has_checkpoint = self.checkpoint.exists() or self.checkpoints.exists()
-        if config is None and self.folder.exists() and any(self.folder.iterdir()):
-            raise FileExistsError(
-                f"{self.folder} holds something else than a run: choose another folder with --out"
-            )
         if config is not None and has_checkpoint and not self.config.overwrite:
             self._check_same(config)
             return
-        self._clear()
-        self.folder.mkdir(parents=True, exist_ok=True)
+        for name in OWN:
+            remove(self.folder / name)
+        remove_parts(self.folder)
         options, version = self.config.learned(), observation.VERSION
         written = {"options": options, "began_with": began_with, "observation_version": version}
         self._write_config(written | {"id": uuid4().hex[:12]} | _software(self.config))
@@ -80,26 +99,42 @@ class Run:
     def _write_config(self, config: dict[str, Any]) -> None:
         write_text(self.folder / CONFIG, json.dumps(config, indent=2) + "\n")
 
+    def _check_folder(self) -> dict[str, Any] | None:
+        """Returns what is in ``config.json``, None of a new run; refuses a folder of others."""
+        config = self._read_config()
+        if config is not None or not self.folder.exists():
+            return config
+        with named(self.folder, "cannot be used"):
+            names = {path.name for path in self.folder.iterdir()}
+        names = {name for name in names - {LOCK} if not name.startswith(PREFIX)}
+        if not names:
+            return None
+        if names - set(OWN) or not names & set(LEARNED):
+            raise FileExistsError(
+                f"{self.folder} holds something else than a run: choose another folder with --out"
+            )
+        if not self.config.overwrite:
+            raise FileExistsError(
+                f"{self.folder / CONFIG} is missing or damaged: begin again with --overwrite, or "
+                "choose another folder with --out"
+            )
+        return None
+
     def _read_config(self) -> dict[str, Any] | None:
         """Returns the content of ``config.json``; None where there is none of a run."""
         try:
             config = json.loads((self.folder / CONFIG).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return None
-        known = {"options", "observation_version"}
-        return config if isinstance(config, dict) and known <= config.keys() else None
+        known = {"options": dict, "observation_version": int}
+        if not isinstance(config, dict):
+            return None
+        fits = all(isinstance(config.get(name), kind) for name, kind in known.items())
+        return config if fits else None
 
     def recorded(self, name: str) -> Any:
         """Returns a field of ``config.json``, such as "id" or "began_with"; None without it."""
         return (self._read_config() or {}).get(name)
-
-    def _clear(self) -> None:
-        for path in (self.folder / name for name in OWN):
-            if path.is_dir():
-                shutil.rmtree(path)
-            else:
-                path.unlink(missing_ok=True)
-        remove_parts(self.folder)
 
     def _check_same(self, config: dict[str, Any]) -> None:
         """Refuses to resume a run of other options or observations."""
@@ -123,8 +158,7 @@ class Run:
 
     def save_policy(self, name: str, layers: Layers, model_card: dict[str, Any]) -> None:
         """Writes a policy file into the folder."""
-        phase = Phase(layers, self.metadata)
-        write(self.folder / name, lambda part: policy_file.save(part, [phase], model_card))
+        policy_file.save(self.folder / name, [Phase(layers, self.metadata)], model_card)
 
     @property
     def metadata(self) -> Metadata:
@@ -158,14 +192,3 @@ def _software(config: Config) -> dict[str, Any]:
         "python": platform.python_version(),
         "machine": platform.machine(),
     }
-
-
-def revision() -> str | None:
-    """Returns the git revision, marked where files differ from it; None where there is none."""
-    command = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
-    here = Path(__file__).parent
-    try:
-        answer = subprocess.run(command, cwd=here, capture_output=True, text=True, check=False)
-        return answer.stdout.strip() or None
-    except OSError:
-        return None

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.files import write
 from asv_env.params import EnvParams
 from asv_env.tasks.task import Task
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
@@ -35,13 +36,19 @@ UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError)  #: exceptions that mean
 
 
 def save(path: Path, phases: Sequence[Phase], model_card: Mapping[str, Any]) -> None:
-    """Writes a policy file.
+    """Writes a policy file, all at once; see ``asv_env.files.write``.
 
     Args:
         path: name of the file, ending in ``SUFFIX``.
         phases: one network, or those that ``PhasedPolicy`` takes.
         model_card: where the policy comes from; anything that JSON can express.
+
+    Raises:
+        ValueError: the name ends in something else.
+        OSError: the file cannot be written.
     """
+    if path.suffix != SUFFIX:
+        raise ValueError(f"{path}: a policy file ends in {SUFFIX}")
     kept = ("metadata", "patience", "team_size")
     described = [{key: asdict(phase)[key] for key in kept} for phase in phases]
     policy = {"format": FORMAT, "phases": described, "model_card": model_card}
@@ -51,7 +58,8 @@ def save(path: Path, phases: Sequence[Phase], model_card: Mapping[str, Any]) -> 
         for depth, layer in enumerate(phase.layers)
         for name, array in zip(("weight", "bias"), layer, strict=True)
     }
-    np.savez_compressed(path, policy=np.array(json.dumps(policy)), **arrays)  # type: ignore[arg-type]
+    arrays["policy"] = np.array(json.dumps(policy))
+    write(path, lambda part: np.savez_compressed(part, **arrays))  # type: ignore[arg-type]
 
 
 def read(path: Path) -> tuple[list[Phase], dict[str, Any]]:

@@ -1,6 +1,5 @@
 """The command line: ``python -m baselines.reproduce``."""
 
-import json
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,10 +9,13 @@ import tyro
 from tqdm import tqdm
 
 from asv_env.checks import check_whole, choice
+from asv_env.files import remove_parts, write_text
 from baselines.evaluate.publish import marks
 from baselines.reproduce import contents, fig10_trials
-from baselines.reproduce.artefact import Artefact, Job, OutputFolder
+from baselines.reproduce.artefact import Artefact, Job, OutputFolder, read_json
 from baselines.reproduce.contents import ARTEFACTS
+from baselines.rollout.commands import steady
+from baselines.rollout.lock import locked
 
 PROGRAM = "python -m baselines.reproduce"
 CAPTIONS = "README.md"
@@ -46,7 +48,7 @@ class Options:
         if self.page is not None:
             if TABLE not in self.only:
                 raise ValueError(f"--page takes the table: add {TABLE} to --only")
-            marks.check(self.page.read_text(), fig10_trials.START, fig10_trials.END)
+            marks.check(marks.read(self.page), fig10_trials.START, fig10_trials.END)
 
 
 def missing(options: Options, folder: OutputFolder) -> dict[str, Artefact]:
@@ -70,33 +72,45 @@ def missing(options: Options, folder: OutputFolder) -> dict[str, Artefact]:
 
 def make(artefacts: dict[str, Artefact], options: Options, folder: OutputFolder) -> None:
     """Makes artefacts and writes each as soon as it is made, then the page of captions."""
-    options.out.mkdir(parents=True, exist_ok=True)
     with tqdm(artefacts, unit="artefact", file=sys.stderr) as bar:
         for name in bar:
             bar.set_description(name)
             folder.record(name, complete=False)
             artefacts[name].build(name, folder.job, options.out)
             folder.record(name, complete=True)
-    (options.out / CAPTIONS).write_text(contents.captions(folder.made()))
+    write_text(options.out / CAPTIONS, contents.captions(folder.made()))
     if options.page is not None:
-        table = json.loads((options.out / f"{TABLE}.json").read_text())
-        options.page.write_text(fig10_trials.updated(options.page.read_text(), table))
+        table = read_json(options.out / f"{TABLE}.json")
+        write_text(options.page, fig10_trials.updated(marks.read(options.page), table))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Runs the command line; exits with a message where an option is wrong."""
+    """Runs the command line; exits with a message where an option or a file is wrong."""
     try:
-        options = tyro.cli(Options, args=arguments, prog=PROGRAM)
-        job = Job(options.seed, options.trials, options.episodes)
-        folder = OutputFolder(options.out, job)
-        artefacts = missing(options, folder)
+        with steady():
+            options = tyro.cli(Options, args=arguments, prog=PROGRAM)
+            run(options)
     except (ValueError, OSError) as error:
         sys.exit(f"{PROGRAM}: {error}")
-    kept = len(contents.selection(options.only)) - len(artefacts)
-    try:
-        make(artefacts, options, folder)
     except KeyboardInterrupt:
         sys.exit(f"{PROGRAM}: stopped; what was made is kept, the same command continues")
+
+
+def run(options: Options) -> None:
+    """Makes what is not there yet, in a folder that no other run can use meanwhile.
+
+    Raises:
+        ValueError, OSError: see ``missing`` and ``OutputFolder``; or a file cannot be written.
+    """
+    job = Job(options.seed, options.trials, options.episodes)
+    folder = OutputFolder(options.out, job, options.overwrite)
+    missing(options, folder)  # before a lock is left there
+    with locked(options.out):
+        remove_parts(options.out)
+        folder.read()
+        artefacts = missing(options, folder)
+        make(artefacts, options, folder)
+    kept = len(contents.selection(options.only)) - len(artefacts)
     print(f"{options.out}: {len(artefacts)} made, {kept} kept. See {CAPTIONS} there.")
 
 

@@ -61,7 +61,7 @@ class Artefact(ABC):
 
     def build(self, name: str, job: Job, folder: Path) -> None:
         """Makes it from the studies in the folder, and writes its files there."""
-        studies = [json.loads((folder / f"{need}.json").read_text()) for need in self.needs]
+        studies = [read_json(folder / f"{need}.json") for need in self.needs]
         with style.applied():
             self.save(self.make(job, *studies), folder / name)
 
@@ -77,7 +77,7 @@ class Study(Artefact):
 
     def save(self, product: Any, stem: Path) -> None:
         """See ``Artefact.save``."""
-        stem.with_suffix(".json").write_text(json.dumps(product) + "\n")
+        write_text(stem.with_suffix(".json"), json.dumps(product) + "\n")
 
 
 class Figure(Artefact):
@@ -101,31 +101,40 @@ class Table(Artefact):
 
     def save(self, product: Any, stem: Path) -> None:
         """See ``Artefact.save``."""
-        stem.with_suffix(".json").write_text(json.dumps(product, indent=2) + "\n")
-        stem.with_suffix(".md").write_text(markdown(product))
+        write_text(stem.with_suffix(".json"), json.dumps(product, indent=2) + "\n")
+        write_text(stem.with_suffix(".md"), markdown(product))
 
 
 class OutputFolder:
     """A folder of artefacts, which need not exist yet, with their options in its ``record.json``.
 
+    Args:
+        path: of the folder.
+        job: options on which the numbers depend.
+        replace: whether a damaged record counts as none.
+
     Raises:
-        ValueError: the record in the folder cannot be read.
+        ValueError: the record in the folder is damaged.
     """
 
-    def __init__(self, path: Path, job: Job) -> None:
+    def __init__(self, path: Path, job: Job, replace: bool = False) -> None:
         self._path, self.job, self._record = path, job, path / NAME
         self._options: dict[str, Any] = {
             **asdict(job),
             "code": provenance.code("baselines.reproduce"),
             "versions": provenance.versions(LIBRARIES),
         }
+        self._replace = replace
+        self.read()
+
+    def read(self) -> None:
+        """Reads the record again; another run may have written to it."""
+        self._entries: dict[str, Any] = {}
         try:
-            text = self._record.read_text() if self._record.exists() else "{}"
-            self._entries: dict[str, Any] = json.loads(text)
-        except json.JSONDecodeError as error:
-            raise ValueError(
-                f"{self._record} is not a record: remove it, or choose another --out"
-            ) from error
+            self._entries = _entries(self._record) if self._record.exists() else {}
+        except ValueError:
+            if not self._replace:
+                raise
 
     @property
     def known(self) -> bool:
@@ -154,6 +163,30 @@ class OutputFolder:
 
     def _ours(self, name: str) -> bool:
         return name in self._entries and self._entries[name]["options"] == self._options
+
+
+def read_json(path: Path) -> Any:
+    """Returns the content of a file; ValueError, which names it and a remedy, where it is none."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(
+            f"{path} is damaged ({error}): remove it, or begin again with --overwrite"
+        ) from error
+
+
+def _entries(record: Path) -> dict[str, Any]:
+    """Returns the entries of a record; ValueError where it is damaged, or of something else."""
+    found = read_json(record)
+    known = {"complete", "options"}
+    if not isinstance(found, dict) or not all(
+        isinstance(entry, dict) and known <= entry.keys() for entry in found.values()
+    ):
+        raise ValueError(
+            f"{record} is not a record: remove it, or begin again with --overwrite, or choose "
+            "another --out"
+        )
+    return found
 
 
 def markdown(product: dict[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baselines.evaluate.report import palette
+from asv_env.files import write
+from baselines.evaluate.report import look, palette
 
 COLUMN = 88.0  #: width of one column of a journal, mm
 PAGE = 180.0  #: width of two columns of a journal, mm
@@ -33,12 +35,13 @@ _SETTINGS: dict[str, Any] = {
     "savefig.bbox": "tight",  # without the margin that maps of one scale leave
     "savefig.pad_inches": 0.02,
     "pdf.fonttype": 42,  # fonts are embedded as outlines that stay text
+    "figure.hooks": [],  # functions of the user that would change figures
 }
 
 
 def applied() -> AbstractContextManager[None]:
     """Returns the context in which figures are made and saved."""
-    return matplotlib.rc_context(_SETTINGS)  # type: ignore[arg-type]
+    return look.settings(_SETTINGS)
 
 
 def panels(
@@ -65,8 +68,10 @@ def legend(figure: Figure, *axes: Axes) -> None:
 
 def save(figure: Figure, stem: Path) -> None:
     """Saves a figure as PNG and as PDF, without the time, so that equal figures are equal files."""
-    figure.savefig(stem.with_suffix(".png"))
-    figure.savefig(stem.with_suffix(".pdf"), metadata={"CreationDate": None})
+    metadata: dict[str, Any] = {".pdf": {"CreationDate": None}}
+    for suffix in SUFFIXES:
+        save = partial(figure.savefig, metadata=metadata.get(suffix))
+        write(stem.with_suffix(suffix), save)
 
 
 def boat_colours(team: int) -> Sequence[Any]:

@@ -26,12 +26,34 @@ COMPARED = 256  #: number of observations on which they are compared
 
 
 def last_checkpoint(folder: Path) -> tuple[Path | None, Status]:
-    """Returns the last of the checkpoints in a folder, if there is one, and its status."""
+    """Returns the last of the checkpoints in a folder, if there is one, and its status.
+
+    Raises:
+        ValueError: it is damaged.
+    """
     last = folder / LAST
     if not last.exists():
         return None, Status()
-    found = folder / last.read_text(encoding="utf-8")
-    return found, Status(**json.loads((found / STATUS).read_text(encoding="utf-8")))
+    try:
+        found = folder / last.read_text(encoding="utf-8")
+        return found, Status(**json.loads((found / STATUS).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise _damaged(folder, error) from error
+
+
+def restore(algorithm: PPO, checkpoint: Path) -> None:
+    """Gives the learner what is in a checkpoint; ValueError where that is damaged."""
+    try:
+        algorithm.restore_from_path(checkpoint.absolute())
+    except Exception as error:  # libraries raise whatever they meet
+        raise _damaged(checkpoint, error) from error
+
+
+def _damaged(path: Path, error: Exception) -> ValueError:
+    reason = f"{type(error).__name__}: {error}".splitlines()[0]
+    return ValueError(
+        f"{path} cannot be read ({reason}): put back a copy of it, or begin again with --overwrite"
+    )
 
 
 def save_checkpoint(folder: Path, algorithm: PPO, status: Status) -> None:
@@ -39,7 +61,7 @@ def save_checkpoint(folder: Path, algorithm: PPO, status: Status) -> None:
     folder.mkdir(exist_ok=True)
     new = Path(tempfile.mkdtemp(prefix=f"{status.timesteps}-", dir=folder))
     algorithm.save_to_path(new.absolute())
-    (new / STATUS).write_text(json.dumps(asdict(status)), encoding="utf-8")
+    write_text(new / STATUS, json.dumps(asdict(status)))
     write_text(folder / LAST, new.name)
     for other in folder.iterdir():
         if other.is_dir() and other != new:

@@ -6,10 +6,13 @@ this package. All boats share one policy. Options mean what they mean to the eng
 divergence of the updates.
 
 A run that is resumed from a checkpoint begins new episodes. It does not repeat to the bit what it
-would have done without a stop.
+would have done without a stop. RLlib's checkpoints are pickles, and reading one runs whatever code
+is in it: resume only runs whose folder comes from nobody else.
 """
 
 import time
+from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -17,6 +20,7 @@ from ray.rllib.algorithms.ppo import PPO
 from tensorboardX import SummaryWriter  # type: ignore[import-not-found]
 from tqdm import tqdm
 
+from asv_env.files import named
 from baselines.learned.network import Layers
 from train import actors, imitation
 from train.config import Config
@@ -97,23 +101,28 @@ def train(config: Config) -> None:
     check(config)
     torch.set_num_threads(config.compute.torch_threads)
     run, layers = open_run(config)
-    last, status = checkpoints.last_checkpoint(run.checkpoints)
-    done, total = status.timesteps, config.ppo.total_timesteps
-    if done >= total:
-        return
-    with tracked(run), connected(config):
-        algorithm, began = settings(config, done).build_algo(), time.monotonic()
+    with closing(run), named(run.folder):
+        last, status = checkpoints.last_checkpoint(run.checkpoints)
+        if status.timesteps < config.ppo.total_timesteps:
+            with tracked(run), connected(config):
+                _train(run, layers, last, status)
+
+
+def _train(run: Run, layers: Layers | None, last: Path | None, status: Status) -> None:
+    """Trains in the folder of a run that is open, from the last checkpoint if there is one."""
+    config, done = run.config, status.timesteps
+    algorithm, began = settings(config, done).build_algo(), time.monotonic()
+    if last is None:
+        begin(algorithm, config, layers)
+    else:
+        checkpoints.restore(algorithm, last)
+        run.note_code()
+    checkpoints.distribute_weights(algorithm)
+    truncate_curve(run.curve, -1 if last is None else done)
+    with tqdm(total=config.ppo.total_timesteps, initial=done, **PROGRESS_BAR) as bar:
+        training = Training(run, algorithm, status, bar, began)
         if last is None:
-            begin(algorithm, config, layers)
-        else:
-            run.note_code()
-            algorithm.restore_from_path(last.absolute())
-        checkpoints.distribute_weights(algorithm)
-        truncate_curve(run.curve, -1 if last is None else done)
-        with tqdm(total=total, initial=done, **PROGRESS_BAR) as bar:
-            training = Training(run, algorithm, status, bar, began)
-            if last is None:
-                training.evaluate()
-                training.save()
-            training.until_end()
-        algorithm.stop()
+            training.evaluate()
+            training.save()
+        training.until_end()
+    algorithm.stop()

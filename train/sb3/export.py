@@ -4,15 +4,17 @@ The actions of the policy file, which needs no torch, are compared with those of
 was trained, on observations of a rollout.
 """
 
-import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
+from stable_baselines3.common.save_util import load_from_zip_file
+from torch import nn
 from tyro.conf import Positional
 
-from asv_env.files import write
+from asv_env.files import write_bytes
+from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation
 from baselines.learned import policy_file
@@ -22,9 +24,9 @@ from baselines.rollout.commands import command
 from baselines.rollout.loop import rollout
 from train import actors
 from train.run import BEST
-from train.sb3.policies import actor
-from train.sb3.ppo import Learner
+from train.sb3.policies import ACTIVATIONS
 
+ACTOR = ("mlp_extractor.policy_net.", "action_net.")  #: names of the actor's weights begin so
 WORLDS = 16  #: number of worlds in which they are compared
 SECONDS = 20.0  #: simulated time for which they are compared, s
 
@@ -40,9 +42,9 @@ def check(run: Path) -> float:
     for needed in (file, model):
         if not needed.exists():
             raise FileNotFoundError(f"{needed} does not exist; has the run been evaluated yet?")
-    learner = Learner.load(model, device="cpu")
-    network, params = actor(learner.policy), learner.config.params()
-    phase, _ = policy_file.read_single(file)
+    phase, card = policy_file.read_single(file)
+    network = _network(model, phase.metadata.activation)
+    params = make_params(card["options"]["task"], observation=phase.metadata.observation)
     policy = NetworkPolicy(phase.layers, phase.metadata, params)
 
     def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:
@@ -54,6 +56,23 @@ def check(run: Path) -> float:
     with torch.no_grad():
         wanted = network(torch.from_numpy(seen)).clamp(-1.0, 1.0).numpy()
     return actors.difference(policy, seen, wanted)
+
+
+def _network(model: Path, activation: str) -> nn.Module:
+    """Returns the actor in a file of stable-baselines3, of which only the weights are read."""
+    layers: list[nn.Module] = []
+    try:
+        _, weights, _ = load_from_zip_file(model, load_data=False, device="cpu")
+        arrays = [
+            array for name, array in dict(weights["policy"]).items() if name.startswith(ACTOR)
+        ]
+        for weight, bias in zip(arrays[::2], arrays[1::2], strict=True):
+            layer = nn.Linear(*reversed(weight.shape))
+            layer.load_state_dict({"weight": weight, "bias": bias})
+            layers += [layer, ACTIVATIONS[activation]()]
+    except Exception as error:  # libraries raise whatever they meet
+        raise ValueError(f"{model} cannot be read ({type(error).__name__}: {error})") from error
+    return nn.Sequential(*layers[:-1])
 
 
 def export(run: Positional[Path], file: Positional[Path], overwrite: bool = False) -> None:
@@ -69,7 +88,7 @@ def export(run: Positional[Path], file: Positional[Path], overwrite: bool = Fals
     if file.suffix != policy_file.SUFFIX:
         raise ValueError(f"{file}: a policy file ends in {policy_file.SUFFIX}")
     difference, own = check(run), run / BEST
-    write(file, lambda part: shutil.copyfile(own, part))
+    write_bytes(file, own.read_bytes())
     print(f"{file}: the same to {difference:.1e}, {file.stat().st_size:,} bytes")
 
 

@@ -1,6 +1,11 @@
 """PPO of stable-baselines3 whose actor and critic have learning rates of their own."""
 
+import io
+import json
 import random
+import zipfile
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -8,6 +13,7 @@ import torch
 from gymnasium.spaces import Box
 from stable_baselines3 import PPO
 from stable_baselines3.common.buffers import RolloutBuffer
+from stable_baselines3.common.save_util import load_from_zip_file
 from stable_baselines3.common.type_aliases import RolloutBufferSamples
 from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecEnv
@@ -53,7 +59,7 @@ class Learner(PPO):
     status: Status  #: timesteps, seconds and best score of the training
     actor_rate: float  #: learning rate of the actor
     progress: float  #: of the curriculum, 0 to 1
-    random_state: Any = None  #: states of the random generators at the checkpoint
+    kept: dict[str, Any]  #: what a resumed training needs besides weights, as JSON expresses it
 
     @classmethod
     def create(cls, config: Config, worlds: VecEnv) -> Self:
@@ -139,14 +145,61 @@ class Learner(PPO):
         """Whether the curriculum is complete and the training is to end there."""
         return self.config.curriculum.until_complete and self.progress >= 1.0
 
-    def store_random_state(self) -> None:
-        """Remembers the states of the random generators from which stable-baselines3 draws."""
-        numpy_state = np.random.get_state()  # noqa: NPY002
-        self.random_state = random.getstate(), numpy_state, torch.get_rng_state()
+    def saved(self) -> bytes:
+        """Returns the file of stable-baselines3, from which ``resume`` continues too."""
+        self.kept = {
+            "num_timesteps": self.num_timesteps,
+            "updates": self._n_updates,
+            "actor_rate": self.actor_rate,
+            "progress": self.progress,
+            "status": asdict(self.status),
+            "random": _random_states(),
+        }
+        content = io.BytesIO()
+        self.save(content)
+        return content.getvalue()
 
-    def restore_random_state(self) -> None:
-        """Puts the random generators into the states of the checkpoint."""
-        plain, numpy_state, torch_state = self.random_state
-        random.setstate(plain)
-        np.random.set_state(numpy_state)  # noqa: NPY002
-        torch.set_rng_state(torch_state)
+    @classmethod
+    def resume(cls, config: Config, worlds: VecEnv, file: Path) -> Self:
+        """Returns the learner of a checkpoint, of a run with these options.
+
+        Of the file only weights and plain numbers are read. Nothing is unpickled.
+
+        Raises:
+            ValueError: the file is damaged, or of a learner of other options.
+        """
+        learner = cls.create(config, worlds)
+        try:
+            _, weights, _ = load_from_zip_file(file, load_data=False, device="cpu")
+            with zipfile.ZipFile(file) as archive:
+                kept = json.loads(archive.read("data"))["kept"]
+            learner.set_parameters(weights, exact_match=True, device="cpu")
+            learner.num_timesteps, learner._n_updates = kept["num_timesteps"], kept["updates"]
+            learner.actor_rate, learner.progress = kept["actor_rate"], kept["progress"]
+            learner.status = Status(**kept["status"])
+            _restore_random_states(kept["random"])
+        except Exception as error:  # libraries raise whatever they meet
+            reason = f"{type(error).__name__}: {error}".splitlines()[0]
+            raise ValueError(
+                f"{file} cannot be read ({reason}): put back a copy of it, or begin again with "
+                "--overwrite"
+            ) from error
+        return learner
+
+
+def _random_states() -> list[Any]:
+    """Returns the states of the generators from which stable-baselines3 draws, as JSON has them."""
+    name, keys, *rest = np.random.get_state()  # noqa: NPY002
+    return [
+        random.getstate(),
+        [name, np.asarray(keys).tolist(), *rest],
+        torch.get_rng_state().tolist(),
+    ]
+
+
+def _restore_random_states(states: list[Any]) -> None:
+    """Puts the generators into states that ``_random_states`` has returned."""
+    (version, internal, gauss), numpy_state, torch_state = states
+    random.setstate((version, tuple(internal), gauss))
+    np.random.set_state(tuple(numpy_state))  # noqa: NPY002
+    torch.set_rng_state(torch.tensor(torch_state, dtype=torch.uint8))

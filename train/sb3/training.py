@@ -7,6 +7,7 @@ on the same machine with the same number of threads.
 
 import sys
 import time
+from contextlib import closing
 
 import numpy as np
 import torch
@@ -14,7 +15,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from tqdm import tqdm
 
-from asv_env.files import write
+from asv_env.files import named, write_bytes
 from baselines.learned.network import Layers
 from train import actors, imitation
 from train.config import SEEDS_PER_RUN, Config
@@ -69,7 +70,7 @@ class Callback(BaseCallback):
         model, file = self.model, self._run.folder / "best.zip"
         model.status.timesteps = model.num_timesteps
         layers = actors.get_layers(actor(model.policy))
-        self._keep_best.evaluate(layers, lambda: write(file, model.save))
+        self._keep_best.evaluate(layers, lambda: write_bytes(file, model.saved()))
 
     def advance_curriculum(self) -> None:
         """Lets goals, noise and variation grow where most episodes have succeeded."""
@@ -83,48 +84,53 @@ class Callback(BaseCallback):
     def save(self) -> None:
         """Writes the checkpoint."""
         self._keep_best.count_time()
-        self.model.store_random_state()
-        write(self._run.checkpoint, self.model.save)
+        write_bytes(self._run.checkpoint, self.model.saved())
 
 
 def train(config: Config) -> None:
     """Trains, from the beginning or from the checkpoint of the run.
 
     Raises:
-        ValueError, OSError: something is wrong with the options; see ``open_run``.
+        ValueError, OSError: something is wrong with the options, or a file of the run cannot be
+            read or written; see ``open_run``.
     """
     torch.set_num_threads(config.compute.torch_threads)
     run, layers = open_run(config)
-    total = config.ppo.total_timesteps
-    if run.checkpoint.exists() and last_timesteps(run.curve) >= total:
-        return
-    with tracked(run):
-        began, worlds = time.monotonic(), TrainingVecEnv(config)
-        resumed = run.checkpoint.exists()
-        learner = _learner(run, worlds, layers)
-        done = learner.num_timesteps
-        truncate_curve(run.curve, done if resumed else -1)
-        learner.set_logger(configure(str(run.folder / TENSORBOARD), ["tensorboard"]))
-        with tqdm(total=total, initial=done, **PROGRESS_BAR) as bar:
-            keep_best = KeepBest(run, learner.status, bar, learner.logger.record, began)
-            callback = Callback(run, worlds, keep_best, bar, done if resumed else None)
-            callback.init_callback(learner)
-            if done < total and not learner.complete:
-                learner.learn(total - done, callback, reset_num_timesteps=False)
-            if last_timesteps(run.curve) < learner.num_timesteps:
-                callback.evaluate()
-                callback.save()
-        worlds.close()
-        if config.curriculum.until_complete and not learner.complete:
-            print(f"the curriculum has progressed to {learner.progress:.0%} only", file=sys.stderr)
+    with closing(run), named(run.folder):
+        if run.checkpoint.exists() and last_timesteps(run.curve) >= config.ppo.total_timesteps:
+            return
+        with tracked(run):
+            _train(run, layers)
+
+
+def _train(run: Run, layers: Layers | None) -> None:
+    """Trains in the folder of a run that is open."""
+    config, total = run.config, run.config.ppo.total_timesteps
+    began, worlds = time.monotonic(), TrainingVecEnv(config)
+    resumed = run.checkpoint.exists()
+    learner = _learner(run, worlds, layers)
+    done = learner.num_timesteps
+    truncate_curve(run.curve, done if resumed else -1)
+    learner.set_logger(configure(str(run.folder / TENSORBOARD), ["tensorboard"]))
+    with tqdm(total=total, initial=done, **PROGRESS_BAR) as bar:
+        keep_best = KeepBest(run, learner.status, bar, learner.logger.record, began)
+        callback = Callback(run, worlds, keep_best, bar, done if resumed else None)
+        callback.init_callback(learner)
+        if done < total and not learner.complete:
+            learner.learn(total - done, callback, reset_num_timesteps=False)
+        if last_timesteps(run.curve) < learner.num_timesteps:
+            callback.evaluate()
+            callback.save()
+    worlds.close()
+    if config.curriculum.until_complete and not learner.complete:
+        print(f"the curriculum has progressed to {learner.progress:.0%} only", file=sys.stderr)
 
 
 def _learner(run: Run, worlds: TrainingVecEnv, layers: Layers | None) -> Learner:
     """Returns the learner of the checkpoint, or one that begins with layers or by imitation."""
     if run.checkpoint.exists():
+        learner = Learner.resume(run.config, worlds, run.checkpoint)
         run.note_code()
-        learner = Learner.load(run.checkpoint, env=worlds, device="cpu")
-        learner.restore_random_state()
     else:
         learner = Learner.create(run.config, worlds)
         if layers is not None:

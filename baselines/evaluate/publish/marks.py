@@ -1,5 +1,15 @@
 """The part of a page that a command writes, between a line that starts it and one that ends it."""
 
+from pathlib import Path
+
+
+def read(page: Path) -> str:
+    """Returns the text of a page; ValueError, which names it, where it is no text in UTF-8."""
+    try:
+        return page.read_bytes().decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{page} is not a text in UTF-8: {error}") from error
+
 
 def check(text: str, start: str, end: str) -> None:
     """Raises ValueError unless a page has both lines, once each and in their order."""
