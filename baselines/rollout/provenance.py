@@ -68,8 +68,8 @@ def _root(package: str, tree: Path | None) -> Traversable:
     root: Traversable = resources.files(package) if tree is None else tree / package
     if not (root / "__init__.py").is_file():
         raise ValueError(
-            f"{package} has no source in {root}, by which results of other code could be told "
-            "apart: install it with its source"
+            f"{package} has no source in {root}, so results of other code could not be "
+            "distinguished: install it with its source"
         )
     return root
 
