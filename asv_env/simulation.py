@@ -3,8 +3,9 @@
 The adapters in ``envs`` only translate.
 """
 
+import pickle
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -26,15 +27,24 @@ from asv_env.types import (
     Observation,
     Sensed,
     Situation,
+    Snapshot,
     State,
     TimeStep,
     copied,
+    frozen,
     put_rows,
     rows,
+    zeros,
 )
 
 WORLDS_PER_SPACE = 128  #: number of worlds that share a Pymunk Space by default
 SITUATION = tuple(f.name for f in fields(Situation))  #: names of what boats know exactly
+REMEMBERED = (
+    *("_state", "_relations", "_ending", "_rngs", "_failure_tick", "_steps_over"),
+    *("_relative_goal", "_occupied", "_potentials", "_tally", "_roles_may_change"),
+)  #: names of what a simulation itself remembers from step to step
+numpy_defaults = np.errstate(divide="warn", over="warn", under="ignore", invalid="warn")
+"""NumPy's own reaction to numbers out of range, whatever the user has set."""
 
 
 class Simulation:
@@ -45,6 +55,9 @@ class Simulation:
     After the end of its episode a world can be stepped once more, with no meaning; then it has
     to be reset.
 
+    A simulation can be copied and pickled at any time; the copy continues to the bit as the
+    original does. ``snapshot`` and ``restore`` do the same faster, for a search over actions.
+
     Args:
         params: Parameters of the environment, the task among them; see ``presets.make_params``.
         num_worlds: W.
@@ -53,10 +66,6 @@ class Simulation:
         initial_states: Distribution of initial states that replaces the task's, such as a
             curriculum.
     """
-
-    state: State  #: true state; not to be written to
-    relations: Relations  #: relations of the true motion
-    ending: Ending  #: whether and why episodes ended at the last step
 
     def __init__(
         self,
@@ -69,41 +78,54 @@ class Simulation:
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
                 raise ValueError(f"{name} = {value!r}: must be a whole number of at least 1")
         self.params = params
-        self.num_worlds = num_worlds
+        self.num_worlds = int(num_worlds)
+        self.worlds_per_space = int(worlds_per_space)
         self._task: Task = params.definition
         self._initial_states = initial_states or self._task.initial_states
-        self._dynamics = Dynamics(params, num_worlds, worlds_per_space)
-        self._sensors = Sensors(params, num_worlds)
+        self._dynamics = Dynamics(params, self.num_worlds, self.worlds_per_space)
+        self._sensors = Sensors(params, self.num_worlds)
         self._features = observation.features(params)
         self._rngs: dict[int, np.random.Generator] = {}
         self._failure_tick = np.full((num_worlds, params.num_boats), metrics.NEVER)
         self._steps_over = np.full(num_worlds, 2)
+        self._roles_may_change = False
         self._make_records()
 
     def _make_records(self) -> None:
         """Allocates the records of all worlds; ``reset`` fills them."""
-        worlds, team = self.num_worlds, self.params.num_boats
-        none = np.zeros(worlds, dtype=np.bool_)
-        self.ending = Ending(none, none, none)
-        self.state = State(
-            motion=np.zeros((worlds, 1 + team, 6)),
-            goal=np.zeros((worlds, 3)),
-            tick=np.zeros(worlds, dtype=np.int64),
-            thrust=np.zeros((worlds, team, 2)),
-            working=np.ones((worlds, team), dtype=np.bool_),
-            slot=np.zeros((worlds, team), dtype=np.complex128),
-            side=np.ones(worlds),
-            touching=np.zeros((worlds, team, 2), dtype=np.bool_),
-            closed=none.copy(),
-            occupied_ticks=np.zeros(worlds, dtype=np.int64),
-            anchored=none.copy(),
-        )
-        self._relative_goal = np.zeros((worlds, 3))
-        self.relations = _relations(self.state)
-        self._occupied = formation.occupied(self.relations, self.params.task)
-        self._potentials = self._potentials_of(self.relations, self.state)
-        self._tally = metrics.Tallies(self.relations, self.state)
+        worlds, team = (self.num_worlds,), (self.num_worlds, self.params.num_boats)
+        situation = (*worlds, 3), worlds, team, team, worlds, (*team, 2), worlds, worlds
+        state = zeros(State, *situation, (*worlds, 1 + team[1], 6), (*team, 2), worlds)
+        state = replace(state, working=np.ones(team, dtype=np.bool_), side=np.ones(worlds))
+        self._ending = frozen(Ending(state.closed, state.closed, state.closed))
+        self._state = frozen(state)
+        self._relative_goal = np.zeros((*worlds, 3))
+        self._relations = _relations(state)
+        self._occupied = formation.occupied(self._relations, self.params.task)
+        self._potentials = self._potentials_of(self._relations, state)
+        self._tally = metrics.Tallies(self._relations, state)
 
+    @property
+    def state(self) -> State:
+        """True state, read-only; the next step makes a new one."""
+        return self._state
+
+    @property
+    def relations(self) -> Relations:
+        """Relations of the true motion, read-only."""
+        return self._relations
+
+    @property
+    def ending(self) -> Ending:
+        """Whether and why episodes ended at the last step, read-only."""
+        return self._ending
+
+    @property
+    def sensed(self) -> Sensed:
+        """What the boats know now, the input of every policy: read-only copies."""
+        return frozen(copied(self._sensed()))
+
+    @numpy_defaults
     def reset(
         self, mask: Bool | None = None, seeds: Sequence[int | None] | None = None, goal: Any = None
     ) -> Observation:
@@ -125,15 +147,16 @@ class Simulation:
         self._seed(index, [None] * len(index) if seeds is None else seeds)
         if goal is not None:
             goal = np.array(self.params.checked_goal(goal))
-        self.state = copied(self.state)  # What was handed out stays as it was.
+        state = copied(self._state)
         for world in index:
-            self._begin(int(world), goal)
+            self._begin(state, int(world), goal)
+        self._state = frozen(state)
         self._restart(index)
-        some = rows(self.state, index)
-        put_rows(self._tally, index, metrics.Tallies(rows(self.relations, index), some))
+        some = rows(state, index)
+        put_rows(self._tally, index, metrics.Tallies(rows(self._relations, index), some))
         self._steps_over[index] = 0
         fails = (self._failure_tick != metrics.NEVER).any()
-        self._roles_may_change = bool(fails or not self.state.anchored.all())
+        self._roles_may_change = bool(fails or not state.anchored.all())
         self._sensors.reset(index, some.motion, self._rngs)
         return self._observe(index)
 
@@ -159,10 +182,11 @@ class Simulation:
             if seed is not None or world not in self._rngs:
                 self._rngs[world] = np.random.default_rng(seed)
 
-    def _begin(self, world: int, goal: Float | None) -> None:
-        """Places one world at the beginning of an episode."""
-        state, grasped = self.state, self._task.starts_grasped
-        start = self._initial_states(self.params, self._rngs[world], goal)
+    def _begin(self, state: State, world: int, goal: Float | None) -> None:
+        """Places one world of a state at the beginning of an episode, in place."""
+        grasped = self._task.starts_grasped
+        given = None if goal is None else goal.copy()
+        start = self._initial_states(self.params, self._rngs[world], given)
         self._dynamics.place(world, start)
         self._failure_tick[world] = start.failure_tick
         self._relative_goal[world] = start.goal
@@ -175,12 +199,14 @@ class Simulation:
         state.side[world] = start.side
         state.closed[world] = grasped
         state.anchored[world] = grasped or self.params.task.goal_anchor == "world"
-        self._assign(world)
+        self._assign(state, world)
 
-    def _assign(self, world: int) -> None:
-        slot, state = self.state.slot, rows(self.state, world)
-        slot[world] = formation.assign_slots(self.params, state.motion, state.working, state.side)
+    def _assign(self, state: State, world: int) -> None:
+        """Assigns the slots of one world of a state, in place."""
+        boats = state.motion[world], state.working[world], state.side[world]
+        state.slot[world] = formation.assign_slots(self.params, *boats)
 
+    @numpy_defaults
     def step(self, action: Any) -> TimeStep:
         """Advances every world by one control step and returns its ``TimeStep``.
 
@@ -194,24 +220,21 @@ class Simulation:
         """
         self._check_running()
         command = self._checked(action)
-        before = State(**vars(self.state))
-        self._move(command)
-        state = self.state
-        state.tick = state.tick + 1
-        self.relations = _relations(state)
-        self._judge_closure()
-        flow = water.current(self.params.water, self.relations.position[:, 0])
-        self.ending = termination.ending(self.relations, state, flow, self.params)
-        self._steps_over += self.ending.terminated | self.ending.truncated | (self._steps_over > 0)
+        before, params = self._state, self.params
+        state = self._state = self._move(command)
+        relations = self._relations
+        flow = water.current(params.water, relations.position[:, 0])
+        self._ending = ending = frozen(termination.ending(relations, state, flow, params))
+        self._steps_over += ending.terminated | ending.truncated | (self._steps_over > 0)
 
-        after = self._potentials_of(self.relations, state)
-        transition = Transition(self.relations, before, state, self.ending, self.params)
+        after = self._potentials_of(relations, state)
+        transition = Transition(relations, before, state, ending, params)
         terms = reward.weighted(self._task.reward, self._potentials, after, transition)
-        rewards = reward.total(self._task.reward, terms, self.params.num_boats)
+        rewards = reward.total(self._task.reward, terms, params.num_boats)
         self._potentials = after
         metrics.update(self._tally, transition, self._occupied, rewards)
         self._change_roles()
-        return TimeStep(self._observe(), rewards, self.ending, terms)
+        return TimeStep(self._observe(), rewards, ending, terms)
 
     def _check_running(self) -> None:
         if (self._steps_over > 1).any():
@@ -226,7 +249,7 @@ class Simulation:
             command = np.asarray(action, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise TypeError(f"action of type {type(action).__name__}: give numbers") from error
-        shape = self.state.thrust.shape
+        shape = self._state.thrust.shape
         if command.shape != shape:
             raise ValueError(f"action of shape {command.shape}: must be {shape}")
         if not np.isfinite(command).all():
@@ -237,29 +260,35 @@ class Simulation:
             )
         return np.minimum(np.maximum(command, -1.0), 1.0)
 
-    def _move(self, command: Float) -> None:
-        """Physics and sensing of one control step."""
-        clock, state = self.params.clock, self.state
+    def _move(self, command: Float) -> State:
+        """Physics and sensing of one control step; returns the state after it."""
+        clock, before = self.params.clock, self._state
         for _ in range(clock.sensing // clock.control):
-            motion = self._dynamics.advance(command, state.working, clock.physics // clock.sensing)
+            motion = self._dynamics.advance(command, before.working, clock.physics // clock.sensing)
             motion[..., 2] = wrap(motion[..., 2])
+            motion.setflags(write=False)
             self._sensors.sense(motion)
-        state.motion = motion
-        state.thrust = self._dynamics.motors.thrust.copy()
-        state.touching = self._dynamics.basin.touching()
-
-    def _judge_closure(self) -> None:
-        """Updates which boats occupy their slots, ``closed`` and ``occupied_ticks``."""
-        state, task = self.state, self.params.task
-        self._occupied = formation.occupied(self.relations, task)
-        formed = formation.everyone(self._occupied, state.working)
-        state.closed = formation.closure(self.relations, formed, state.closed, state.working, task)
-        state.occupied_ticks = (state.occupied_ticks + 1) * formed
+        self._relations = frozen(relate(motion, before.goal, before.slot, before.side))
+        task = self.params.task
+        self._occupied = formation.occupied(self._relations, task)
+        formed = formation.everyone(self._occupied, before.working)
+        values = {
+            **vars(before),
+            "tick": before.tick + 1,
+            "motion": motion,
+            "thrust": self._dynamics.motors.thrust.copy(),
+            "touching": self._dynamics.basin.touching(),
+            "closed": formation.closure(
+                self._relations, formed, before.closed, before.working, task
+            ),
+            "occupied_ticks": (before.occupied_ticks + 1) * formed,
+        }
+        return frozen(State(**values))
 
     def _change_roles(self) -> None:
         """Applies failures, new slots and the anchoring of goals from the next step on."""
-        state = self.state
-        swaps = formation.misassigned(self.relations, state.closed, state.working, self.params.task)
+        state, relations = self._state, self._relations
+        swaps = formation.misassigned(relations, state.closed, state.working, self.params.task)
         if not (self._roles_may_change or swaps.any()):
             return
         fails = self._failure_tick == state.tick[:, None]
@@ -267,47 +296,88 @@ class Simulation:
         changed = np.flatnonzero(fails.any(axis=1) | anchors | swaps)
         if not len(changed):
             return
-        self.state = state = copied(state)
-        state.working &= ~fails
+        state = copied(state)
+        np.logical_and(state.working, ~fails, out=state.working)
         for world in map(int, changed):
             if fails[world].any() or swaps[world]:
-                self._assign(world)
+                self._assign(state, world)
             if anchors[world]:
                 state.goal[world] = _anchored(self._relative_goal[world], state.motion[world, 0])
-        state.anchored |= anchors
+        np.logical_or(state.anchored, anchors, out=state.anchored)
+        self._state = frozen(state)
         self._restart(changed)
-        metrics.restart_errors(self._tally, self.relations, np.flatnonzero(anchors))
+        metrics.restart_errors(self._tally, self._relations, np.flatnonzero(anchors))
 
     def _restart(self, index: np.ndarray) -> None:
         """Derives again what depends on slots and goals, so that their change earns no reward."""
-        state = rows(self.state, index)
-        relations = _relations(state)
-        put_rows(self.relations, index, relations)
-        self._occupied[index] = formation.occupied(relations, self.params.task)
-        self._potentials[index] = self._potentials_of(relations, state)
+        state = rows(self._state, index)
+        relations, changed = copied(self._relations), _relations(state)
+        put_rows(relations, index, changed)
+        self._relations = frozen(relations)
+        self._occupied[index] = formation.occupied(changed, self.params.task)
+        self._potentials[index] = self._potentials_of(changed, state)
 
     def _potentials_of(self, relations: Relations, state: State) -> Float:
         return reward.potentials(self._task.reward, relations, state, self.params)
 
-    @property
-    def sensed(self) -> Sensed:
-        """What the boats know now: the input of every policy."""
-        known = {name: getattr(self.state, name) for name in SITUATION}
+    def _sensed(self) -> Sensed:
+        known = {name: getattr(self._state, name) for name in SITUATION}
         return Sensed(measured=self._sensors.measured, estimate=self._sensors.estimate, **known)
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
-        sensed, relations, occupied = self.sensed, self.relations, self._occupied
+        sensed, relations, occupied = self._sensed(), self._relations, self._occupied
         if index is not None:
             sensed, relations = rows(sensed, index), rows(relations, index)
             occupied = occupied[index]
         if not self.params.sensors.exact:
-            relations = relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
+            relations = frozen(relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side))
             occupied = formation.occupied(relations, self.params.task)
         return observation.observe(self._features, sensed, relations, occupied, self.params)
 
     def summary(self) -> dict[str, Any]:
         """Returns the metrics of the episodes so far, each (W,); see ``metrics.summary``."""
-        return metrics.summary(self._tally, self.state, self.relations, self.ending, self.params)
+        return metrics.summary(self._tally, self._state, self._relations, self._ending, self.params)
+
+    def snapshot(self) -> Snapshot:
+        """Returns everything that the simulation remembers, for ``restore``.
+
+        A distribution of initial states that was given, and functions of a task, belong to the
+        user: what they remember is not part of it.
+        """
+        own = {name: vars(self)[name] for name in REMEMBERED}
+        memory = pickle.dumps((own, self._sensors.snapshot(), self._dynamics.snapshot()))
+        return Snapshot(self.params, self.num_worlds, self.worlds_per_space, memory)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Returns to a snapshot, this simulation's or that of one with the same arguments.
+
+        What follows is the same to the bit, as often as it is restored.
+
+        Raises:
+            TypeError: not a snapshot.
+            ValueError: the snapshot is that of a simulation with other arguments.
+        """
+        if not isinstance(snapshot, Snapshot):
+            raise TypeError(f"restore: {snapshot!r} is not a Snapshot, as ``snapshot()`` returns")
+        for name in ("num_worlds", "worlds_per_space", "params"):
+            mine, other = getattr(self, name), getattr(snapshot, name)
+            if mine != other:
+                raise ValueError(f"restore: the snapshot has {name} = {other!r}, not {mine!r}")
+        own, sensors, dynamics = pickle.loads(snapshot.memory)
+        vars(self).update(own)
+        for record in (self._state, self._relations, self._ending):
+            frozen(record)
+        self._sensors.restore(sensors)
+        self._dynamics.restore(dynamics)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"initial_states": self._initial_states, "snapshot": self.snapshot()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        snapshot, initial_states = state["snapshot"], state["initial_states"]
+        shape = snapshot.num_worlds, snapshot.worlds_per_space
+        Simulation.__init__(self, snapshot.params, *shape, initial_states)
+        self.restore(snapshot)
 
     def current(self, position: Float) -> Float:
         """Returns the velocity (..., 2) of the water at positions (..., 2) of a world, m/s."""
@@ -316,7 +386,7 @@ class Simulation:
 
 
 def _relations(state: State) -> Relations:
-    return relate(state.motion, state.goal, state.slot, state.side)
+    return frozen(relate(state.motion, state.goal, state.slot, state.side))
 
 
 def _anchored(relative: Float, vessel: Float) -> Float:

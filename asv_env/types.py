@@ -1,5 +1,8 @@
 """The records that flow between the modules, without logic.
 
+Records are values: a control tick makes new ones and leaves the old ones as they are. What leaves
+the simulation is read-only.
+
 Axes: ``W`` worlds, ``A`` boats, ``B = 1 + A`` bodies (row 0 is the vessel), ``K`` features.
 SI units; headings in radians, counter-clockwise from +x, wrapped to (-pi, pi].
 """
@@ -44,7 +47,14 @@ def put_rows(record: Record, index: Any, new: Record) -> None:
         array[index] = getattr(new, name)
 
 
-@dataclass
+def frozen(record: Record) -> Record:
+    """Makes the arrays of a record read-only, and returns the record."""
+    for array in vars(record).values():
+        array.setflags(write=False)
+    return record
+
+
+@dataclass(frozen=True)
 class Situation:
     """What the simulation and the boats both know exactly."""
 
@@ -58,7 +68,7 @@ class Situation:
     anchored: Bool  #: (W,) whether the goal is final, see ``TaskParams.goal_anchor``
 
 
-@dataclass
+@dataclass(frozen=True)
 class State(Situation):
     """The true state of every world: all that persists from one control tick to the next."""
 
@@ -67,12 +77,12 @@ class State(Situation):
     occupied_ticks: Int  #: (W,) control ticks for which every slot was occupied without a break
 
 
-@dataclass
+@dataclass(frozen=True)
 class Sensed(Situation):
     """What the boats, and policies, know: one measurement and one estimate, shared by the team.
 
     Without noise both motions are the true one. The inherited fields are exact in every scenario:
-    slots and closure are decided by the true state.
+    slots and closure are decided by the true state. The arrays are read-only copies.
     """
 
     measured: Float  #: (W, B, 6) the latest raw measurement, as ``State.motion``
@@ -94,20 +104,22 @@ class InitialState:
     failure_tick: Int  #: (A,) control tick at which the boat's thrusters fail; -1 never
 
 
-@dataclass
+@dataclass(frozen=True)
 class Ending:
     """Whether and why episodes end, each (W,) bool."""
 
     reached: Bool  #: the task is done
     strayed: Bool  #: a body has left the arena
     timed_out: Bool  #: the time limit has been reached
+    terminated: Bool = field(init=False)  #: ended by what happened in the episode
+    truncated: Bool = field(init=False)  #: ended by the clock alone
 
     def __post_init__(self) -> None:
-        self.terminated: Bool = self.reached | self.strayed  #: by what happened in the episode
-        self.truncated: Bool = self.timed_out > self.terminated  #: by the clock alone
+        object.__setattr__(self, "terminated", self.reached | self.strayed)
+        object.__setattr__(self, "truncated", self.timed_out > self.terminated)
 
 
-@dataclass
+@dataclass(frozen=True)
 class TimeStep:
     """Result of one control step."""
 
@@ -116,3 +128,13 @@ class TimeStep:
     ending: Ending  #: whether and why episodes end at this step
     #: weighted reward terms by name, (W, 1) shared or (W, A) for each boat
     terms: dict[str, Float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything that a ``Simulation`` remembers at one moment; see ``Simulation.snapshot``."""
+
+    params: Any  #: parameters of the simulation
+    num_worlds: int
+    worlds_per_space: int
+    memory: bytes  #: pickled records, arrays and Generators

@@ -35,6 +35,7 @@ def test_pushing_looks_the_same_from_a_raft_that_drifts_along():
     push = [(0.9, 0.7), (0.6, 0.8)]
     still = World(open_water(control=1), start).run(6, push)
     moved = World(open_water(control=1, water=current_water("uniform")), drifting).run(6, push)
+    moved = moved.copy()
     moved[:, 0] -= 0.05 * 6
     moved[:, 3] -= 0.05
     np.testing.assert_allclose(moved, still, atol=1e-6)

@@ -196,7 +196,7 @@ def test_goal_turns_green_once_it_is_reached():
 def test_approach_shows_no_goal():
     sim = simulation(task="approach")
     one, other = copy.deepcopy(sim.state), copy.deepcopy(sim.state)
-    other.goal += 1.0
+    other.goal[...] += 1.0
     one, other = (Viewer(sim.params, size=SIZE).draw(state) for state in (one, other))
     np.testing.assert_array_equal(one, other)
 
@@ -256,11 +256,11 @@ def test_view_is_fixed_until_a_body_leaves_it():
     viewer = Viewer(params, size=SIZE)
     viewer.draw(state)
     first = viewer.camera
-    state.tick += 1
+    state.tick[...] += 1
     state.motion[0, 1, :2] = 0.6, 0.8
     viewer.draw(state)
     assert viewer.camera == first
-    state.tick += 1
+    state.tick[...] += 1
     state.motion[0, 1, :2] = 2.5, 0.8
     viewer.draw(state)
     assert viewer.camera.scale < first.scale

@@ -1,5 +1,6 @@
 """The task: slots, starts, closure, delivery, ends, reward, observation, noise, metrics."""
 
+from dataclasses import replace
 from itertools import permutations
 from types import SimpleNamespace
 
@@ -547,11 +548,12 @@ def test_the_first_turn_is_a_step_forward(bearing, distance, turn):
 def judged(params, before, after, reached=False, strayed=False, tick=1, distance=0.0):
     """Weighted terms of one tick between two potentials (3,), of idle boats."""
     sim = begun(params)
-    sim.state.tick = np.array([tick])
-    sim.relations.goal_error[...], sim.relations.heading_error[...] = distance, 0.0
+    state = replace(sim.state, tick=np.array([tick]))
+    errors = {"goal_error": np.array([distance]), "heading_error": np.zeros(1)}
+    relations = replace(sim.relations, **errors)
     ending = Ending(np.array([reached]), np.array([strayed]), np.array([False]))
     before, after = np.reshape(before, (1, 3)), np.reshape(after, (1, 3))
-    now = Transition(sim.relations, sim.state, sim.state, ending, params)
+    now = Transition(relations, state, state, ending, params)
     return reward.weighted(reward.TERMS, before, after, now)
 
 
@@ -781,10 +783,10 @@ def test_what_counts_at_the_goal_is_magnified(turn):
 
 @pytest.mark.parametrize("team", [2, 4, 8, 32])
 def test_a_boat_knows_the_sizes_of_its_team_and_of_the_vessel(team):
-    params = make_params(num_boats=team)
+    failure = {"failures": 1, "failure_time": (0.1, 0.1)}
+    params = make_params(num_boats=team, variation=failure)
     sim = begun(params)
     seen = sim.reset()[0]
-    sim.state.working[0, 0] = False
     after = step(sim, 0.0).observation[0]
     size = column("inverse_team_size")
     np.testing.assert_allclose(seen[:, size], 2 / team)

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 from asv_env.checks import check_num_boats, choice
 from asv_env.params.hull_params import BoatParams, VesselParams
@@ -104,6 +104,10 @@ class EnvParams:
             abs(y) + length * across + width * along - self.water.walls,
         )
         return math.hypot(*(max(0.0, d) for d in beyond)) <= self.task.position_tolerance
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Returns the parameters themselves: they never change."""
+        return self
 
     @property
     def pitch(self) -> float:

@@ -6,14 +6,17 @@ World 0 of every Space lies at the origin. Bodies are made once and then placed,
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import Any
 
 import numpy as np
 import pymunk
 from pymunk import batch
-from pymunk.batch import ArbiterFields, BodyFields, Buffer
+from pymunk.batch import ArbiterFields, BodyFields, Buffer, ffi, lib
 
 from asv_env.params import EnvParams, HullParams
+from asv_env.physics import memory
 from asv_env.types import Bool, Float
 
 MOTION = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
@@ -36,14 +39,14 @@ class _Transfer:
         buffer = Buffer()
         buffer.set_float_buf(rows.reshape(-1))
         self._alive, self._floats = (buffer, space), buffer._float_arr
-        request = batch.ffi.new("pmBatchedData *")
+        request = ffi.new("pmBatchedData *")
         request.fields = fields.value
         request.floatArray, request.intArray = buffer._float_arr, buffer._int_arr
-        self._arguments = space._space, batch.ffi.addressof(batch.lib, visitor), request
+        self._arguments = space._space, ffi.addressof(lib, visitor), request
 
     def __call__(self) -> None:
         self._floats.num = 0
-        batch.lib.cpSpaceEachBody(*self._arguments)
+        lib.cpSpaceEachBody(*self._arguments)
 
 
 @dataclass
@@ -54,6 +57,19 @@ class _Pool:
     read: _Transfer
     write: _Transfer
     contacts: Buffer
+    restored: list[Any] = field(default_factory=list)  #: points of restored contacts, kept alive
+
+
+@dataclass(frozen=True)
+class BasinSnapshot:
+    """All that a ``Basin`` remembers from one physics step to the next."""
+
+    bodies: (
+        Float  #: (W, B, 9) pose and velocity as the next step finds them, mass, inertia, friction
+    )
+    motion: Float  #: (W, B, 6) motion after the last step
+    #: for each Space the contacts: numbers of both shapes, and Chipmunk's points
+    contacts: list[list[tuple[int, int, bytes]]]
 
 
 class Basin:
@@ -78,6 +94,7 @@ class Basin:
         self._bodies: list[list[pymunk.Body]] = []
         self._walls: list[list[pymunk.Segment]] = [[] for _ in range(num_worlds)]
         self._pools: list[_Pool] = []
+        self._moved = False  # whether the bodies have made the next step's change of position
         for first in range(0, num_worlds, worlds_per_space):
             self._add_pool(range(first, min(first + worlds_per_space, num_worlds)))
         identities = np.array([body.id for bodies in self._bodies for body in bodies], np.uintp)
@@ -92,6 +109,40 @@ class Basin:
             pool.write()
             pool.space.step(self._dt)
             pool.read()
+        if self._moved:
+            self._moved = False
+            for body in chain.from_iterable(self._bodies):
+                body.position_func = pymunk.Body.update_position
+
+    def snapshot(self) -> BasinSnapshot:
+        """Returns all that the next steps depend on.
+
+        Chipmunk shows everything but the bias velocities, by which hulls that overlap move apart
+        at the beginning of the next step. So the bodies make that change of position now, and
+        not in the next step: the outcome is the same to the bit.
+        """
+        if not self._moved:
+            for body in chain.from_iterable(self._bodies):
+                pymunk.Body.update_position(body, self._dt)
+                body.position_func = memory.stay
+            self._moved = True
+        bodies = [[memory.remembered(body) for body in world] for world in self._bodies]
+        contacts = [memory.contacts(pool.space) for pool in self._pools]
+        return BasinSnapshot(np.array(bodies), self.motion.copy(), contacts)
+
+    def restore(self, snapshot: BasinSnapshot) -> None:
+        """Continues as the basin did, with the same arguments, whose ``snapshot`` this is."""
+        for bodies, walls, rows in zip(self._bodies, self._walls, snapshot.bodies, strict=True):
+            for body, row in zip(bodies, rows.tolist(), strict=True):
+                memory.put(body, *row)
+                body.position_func = memory.stay
+            for wall in walls:
+                wall.friction = rows[0, -1].item()
+        self._moved = True
+        self.motion[...] = snapshot.motion
+        for pool, contacts in zip(self._pools, snapshot.contacts, strict=True):
+            lib.cpSpaceSetCurrentTimeStep(pool.space._space, self._dt)
+            pool.restored = memory.put_contacts(pool.space, contacts)
 
     def world_motion(self) -> Float:
         """Returns a copy of the motion (W, B, 6) in each world's own coordinates."""
@@ -112,14 +163,9 @@ class Basin:
         root = math.sqrt(friction)  # Chipmunk multiplies the coefficients of the two shapes.
         for row, body in enumerate(self._bodies[world]):
             x, y, heading, vx, vy, yaw_rate = motion[row].tolist()
-            # A step of no length uses up the bias velocities, which survive a change of position.
-            pymunk.Body.update_position(body, 0.0)
-            body.mass, body.moment = float(masses[row]), float(inertias[row])
-            body.position, body.angle = (x + tile_x, y + tile_y), heading
-            body.velocity, body.angular_velocity = (vx, vy), yaw_rate
-            body.force, body.torque = (0.0, 0.0), 0.0
-            for shape in body.shapes:
-                shape.friction = root
+            pose, velocity = (x + tile_x, y + tile_y, heading), (vx, vy, yaw_rate)
+            memory.put(body, *pose, *velocity, masses[row], inertias[row], root)
+            body.position_func = pymunk.Body.update_position
             space.reindex_shapes_for_body(body)
         for wall in self._walls[world]:
             wall.friction = root

@@ -6,7 +6,7 @@ from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.physics import water
 from asv_env.physics.autopilot import Autopilot
-from asv_env.physics.basin import Basin
+from asv_env.physics.basin import Basin, BasinSnapshot
 from asv_env.physics.thrusters import MIX, Motors, from_command, limited
 from asv_env.types import Bool, Float, InitialState
 
@@ -63,6 +63,22 @@ class Dynamics:
         self._quadratic[world] = quadratic * initial.drag_gain[:, None]
         self._softening[world] = water.softening(self._linear[world], self._dt_per_mass[world])
         self.motors.reset(world, initial.thrust_gain, dt / initial.lag)
+
+    def snapshot(self) -> tuple[BasinSnapshot, list[Float]]:
+        """Returns all that the next steps depend on."""
+        return self.basin.snapshot(), [array.copy() for array in self._changing()]
+
+    def restore(self, memory: tuple[BasinSnapshot, list[Float]]) -> None:
+        """Continues as the dynamics did, with the same arguments, whose ``snapshot`` this is."""
+        basin, arrays = memory
+        self.basin.restore(basin)
+        for array, remembered in zip(self._changing(), arrays, strict=True):
+            array[...] = remembered
+
+    def _changing(self) -> tuple[Float, ...]:
+        """Returns the arrays that change from step to step, or from episode to episode."""
+        gains = self._linear, self._quadratic, self._dt_per_mass, self._softening
+        return *gains, *self.motors.changing()
 
     def advance(self, action: Float, working: Bool, steps: int) -> Float:
         """Advances all worlds by some physics steps under one action.

@@ -34,6 +34,10 @@ class Motors:
         self._gain, self._response = np.ones((2, *self.thrust.shape))
         self._keep = np.ones((num_worlds, 1, 1))
 
+    def changing(self) -> tuple[Float, ...]:
+        """Returns the arrays that change from step to step, or from episode to episode."""
+        return self.thrust, self._gain, self._response, self._keep
+
     def reset(self, world: int, gain: Float, dt_per_lag: float) -> None:
         """Stops the motors of one world and sets their gains (A, 2) and physics step over lag.
 
@@ -45,7 +49,7 @@ class Motors:
 
     def enable(self, working: Bool) -> None:
         """Lets only the boats (W, A) whose thrusters work respond from now on."""
-        self._response = self._gain * working[..., None] * (1.0 - self._keep)
+        self._response[...] = self._gain * working[..., None] * (1.0 - self._keep)
 
     def drive(self, wanted: Float, surge: Float, yaw: Float) -> None:
         """Advances the thrusts, N, by one physics step towards those wanted (W, A, 2).

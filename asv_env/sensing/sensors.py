@@ -6,6 +6,7 @@ acceleration of the expected size.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from scipy.linalg import solve_discrete_are
@@ -15,6 +16,7 @@ from asv_env.params import EnvParams
 from asv_env.types import Float
 
 BLOCK = 64  #: ticks of noise drawn from a world's Generator at a time
+CHANGING = ("measured", "estimate", "_block", "_drawn", "_rngs")  #: names of what changes
 NO_NOISE = 1e-9  #: standard deviation that stands for an exact measurement
 
 
@@ -38,6 +40,14 @@ class Sensors:
             self._block = np.zeros((num_worlds, BLOCK, *shape[1:]))
             self._drawn = np.full(num_worlds, BLOCK)
             self._rngs: dict[int, np.random.Generator] = {}
+
+    def snapshot(self) -> dict[str, Any]:
+        """Returns all that changes from tick to tick, by name."""
+        return {name: vars(self)[name] for name in CHANGING if name in vars(self)}
+
+    def restore(self, memory: dict[str, Any]) -> None:
+        """Continues as the sensors did whose ``snapshot`` this is."""
+        vars(self).update(memory)
 
     def reset(
         self, index: np.ndarray, motion: Float, rngs: Mapping[int, np.random.Generator]

@@ -61,7 +61,7 @@ def assign_slots(params: EnvParams, motion: Float, working: Bool, side: Float | 
     return slot
 
 
-@dataclass
+@dataclass(frozen=True)
 class Relations:
     """Relations of vessel, boats, slots and goal, derived from a motion."""
 

@@ -69,7 +69,7 @@ def summary(
     spread = tally.arrival_tick.max(axis=1) - tally.arrival_tick.min(axis=1)
     closed = tally.closure_tick >= 0
     tallied = {name: total for name, total in vars(tally).items() if not name.endswith("_tick")}
-    return {
+    values = {
         "is_success": ending.reached,
         "strayed": ending.strayed,
         "position_error": relations.goal_error,
@@ -80,3 +80,4 @@ def summary(
         **tallied,
         **{one.name: one.value(state, relations, params) for one in params.definition.metrics},
     }
+    return {name: np.array(value) for name, value in values.items()}

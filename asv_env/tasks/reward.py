@@ -22,7 +22,7 @@ NARROW_GAUSSIAN = (0.02, 0.05)  #: width of the Gaussian of a delivery's accurac
 LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
 
 
-@dataclass
+@dataclass(frozen=True)
 class Transition:
     """One control tick of all worlds, from which the reward terms are computed.
 

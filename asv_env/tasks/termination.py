@@ -63,12 +63,12 @@ def why_not_grasped(summary: Mapping[str, Any], params: EnvParams) -> str:
     """Returns why the slots were not occupied for long enough."""
     if summary["strayed"]:
         return "strayed"
-    return "no closure" if math.isnan(summary["time_to_closure"]) else "grasp not held"
+    return "no closure" if math.isinf(summary["time_to_closure"]) else "grasp not held"
 
 
 def why_not_delivered(summary: Mapping[str, Any], params: EnvParams) -> str:
     """Returns why the vessel was not delivered."""
-    if summary["strayed"] or math.isnan(summary["time_to_closure"]):
+    if summary["strayed"] or math.isinf(summary["time_to_closure"]):
         return why_not_grasped(summary, params)
     if summary["min_position_error"] > params.task.position_tolerance:
         return "never near"

@@ -50,7 +50,7 @@ def rollout(
     observation = simulation.reset(seeds=seeds[:worlds])
     memory, over = None, np.ones(worlds, dtype=np.bool_)
     for _ in count() if ticks is None else range(ticks):
-        state = State(**vars(simulation.state))
+        state = simulation.state
         action, memory = act(simulation.sensed, observation, memory, over)
         step = simulation.step(action)
         over = step.ending.terminated | step.ending.truncated
