@@ -151,6 +151,8 @@ class Simulation:
         for world in index:
             self._begin(state, int(world), goal)
         self._state = frozen(state)
+        others = ~np.isin(np.arange(self.num_worlds), index)
+        self._ending = frozen(self._ending.within(others))
         self._restart(index)
         some = rows(state, index)
         put_rows(self._tally, index, metrics.Tallies(rows(self._relations, index), some))
@@ -322,7 +324,8 @@ class Simulation:
 
     def _sensed(self) -> Sensed:
         known = {name: getattr(self._state, name) for name in SITUATION}
-        return Sensed(measured=self._sensors.measured, estimate=self._sensors.estimate, **known)
+        sensors = self._sensors
+        return frozen(Sensed(measured=sensors.measured, estimate=sensors.estimate, **known))
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
         sensed, relations, occupied = self._sensed(), self._relations, self._occupied

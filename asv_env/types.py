@@ -118,6 +118,10 @@ class Ending:
         object.__setattr__(self, "terminated", self.reached | self.strayed)
         object.__setattr__(self, "truncated", self.timed_out > self.terminated)
 
+    def within(self, mask: Bool) -> "Ending":
+        """Returns the endings of the worlds in a mask (W,), and none of the others."""
+        return Ending(self.reached & mask, self.strayed & mask, self.timed_out & mask)
+
 
 @dataclass(frozen=True)
 class TimeStep:
