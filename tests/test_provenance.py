@@ -1,6 +1,8 @@
 """The fingerprint of the code follows what an episode depends on, and nothing else."""
 
+import ast
 import shutil
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -92,3 +94,68 @@ def test_the_policies_of_the_package_are_covered():
         "baselines.learned.phases",
     } <= names
     assert not {name for name in names if name.startswith(("baselines.evaluate", "train"))}
+
+
+# ------------------------------------------------------------------ where the source lies
+
+
+def rewritten(tree, name, change):
+    """Whether the fingerprint changes when a file's bytes are changed, which is undone."""
+    file, before = tree / name, provenance.code(tree=tree)
+    content = file.read_bytes()
+    file.write_bytes(change(content))
+    changed = provenance.code(tree=tree) != before
+    file.write_bytes(content)
+    return changed
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda content: content.replace(b"\n", b"\r\n"),
+        lambda content: b"\xef\xbb\xbf" + content,
+        lambda content: b"# -*- coding: utf-8 -*-\n" + content,
+    ],
+    ids=["CRLF", "BOM", "coding"],
+)
+def test_the_way_in_which_files_are_checked_out_does_not_count(change, tree):
+    assert not rewritten(tree, "baselines/scripted/grasp_controller.py", change)
+
+
+def test_an_installation_without_source_is_refused(tree, tmp_path):
+    with pytest.raises(ValueError, match=r"asv_env has no source .*: install it with its source"):
+        provenance.code(tree=tmp_path)
+
+
+def test_packages_in_an_archive_have_the_same_fingerprint(tree, tmp_path):
+    shutil.make_archive(str(tmp_path / "packages"), "zip", tree)
+    root = zipfile.Path(tmp_path / "packages.zip")
+    assert provenance.code(tree=root) == provenance.code(tree=tree)
+    assert provenance.code("train", tree=root) == provenance.code("train", tree=tree)
+
+
+def test_the_packages_are_those_that_python_imports(tree, monkeypatch):
+    """Not those beside this module, where files of the current folder are imported instead."""
+    here = provenance.code()
+    monkeypatch.setattr(
+        provenance.resources,
+        "files",
+        lambda package: (tree if package == "asv_env" else ROOT) / package,
+    )
+    assert provenance.code() == here
+    file = tree / "asv_env/physics/water.py"
+    text = file.read_text()
+    file.write_text(f"{text}\nADDED = 1\n")
+    changed = provenance.code()
+    file.write_text(text)
+    assert changed != here
+
+
+def test_instructions_are_the_same_text_in_every_version_of_python():
+    """Newer versions leave out empty fields, older ones do not know some of them."""
+    parsed = ast.parse("def f(a, *, b=None):\n    return f'{a!r:>{b}}'\n")
+    text = provenance._dump(parsed)
+    assert text.startswith("Module(body=[FunctionDef(name='f',args=arguments(args=[arg(arg='a')]")
+    assert "type_params" not in text
+    assert "=[]" not in text
+    assert text != provenance._dump(ast.parse("def f(a, *, b=0):\n    return f'{a!r:>{b}}'\n"))

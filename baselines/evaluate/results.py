@@ -2,6 +2,7 @@
 
 import csv
 import io
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from itertools import chain, product
@@ -10,6 +11,7 @@ from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 import pandas as pd
+from pandas.errors import ParserWarning
 
 from asv_env.files import write_text
 from asv_env.types import Bool, Float
@@ -25,6 +27,8 @@ DTYPES: dict[Any, str] = {
 }
 """Types of pandas columns by those of the fields of an episode."""
 DTYPE = {name: DTYPES[kind] for name, kind in get_type_hints(Episode).items()}
+REQUIRED = [name for name, kind in get_type_hints(Episode).items() if kind in (int, float, str)]
+"""Columns whose cells are never empty."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,8 @@ def of_rows(suite: Suite, rows: Iterable[Episode]) -> Results:
     rows = sorted(rows, key=lambda row: row.seed)
     if not rows:
         raise ValueError(f"there are no episodes of {suite.name}")
+    if not suite.seed <= rows[-1].seed < suite.seed + len(rows):
+        raise ValueError(f"seed {rows[-1].seed}: seeds are not the first ones of {suite.name}")
     suite = suite.first(rows[-1].seed - suite.seed + 1)
     found: dict[str, dict[tuple[str, int], list[Episode]]] = {}
     for row in rows:
@@ -126,14 +132,32 @@ def write_csv(path: Path, rows: Iterable[Episode]) -> None:
 
 
 def read_csv(path: Path) -> list[Episode]:
-    """Returns the rows of a file; ValueError if it has other columns or values of other types."""
-    if path.read_text(encoding="utf-8").partition("\n")[0] != ",".join(HEADS):
-        raise ValueError(f"{path}: columns must be {', '.join(HEADS)}")
+    """Returns the rows of a file.
+
+    Raises:
+        ValueError: it has other columns, values of other types, or is damaged.
+        FileNotFoundError: there is none.
+    """
     try:
-        read = pd.read_csv(
-            path, names=COLUMNS, header=0, dtype=DTYPE, keep_default_na=False, na_values=[""]
-        )
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        text = path.read_text(encoding="utf-8")
+        if text.partition("\n")[0] != ",".join(HEADS):
+            raise ValueError(f"columns must be {', '.join(HEADS)}")
+        if not text.endswith("\n"):
+            raise ValueError("its last line is torn")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", ParserWarning)  # such as of rows that are too long
+            read = pd.read_csv(
+                io.StringIO(text, newline=""),
+                names=COLUMNS,
+                header=0,
+                dtype=DTYPE,
+                index_col=False,
+                keep_default_na=False,
+                na_values=[""],
+            )
+        if read[REQUIRED].isna().any(axis=None):
+            raise ValueError("a cell is empty that must not be")
+    except (ValueError, TypeError, OverflowError, ParserWarning) as error:
+        raise ValueError(f"{path} is damaged, or holds no episodes: {error}") from error
     cells = read.astype(object).where(read.notna(), None)
     return [Episode(*row) for row in cells.itertuples(index=False)]

@@ -171,7 +171,7 @@ def _provenance(path: Path) -> dict[str, str]:
     with _errors_named(path), closing(_connect(path)) as base:
         ((answer,), *_) = base.execute("PRAGMA integrity_check(1)")
         if answer != "ok":
-            raise ValueError(answer)
+            raise ValueError(" ".join(answer.split()))
         tables = {name for (name,) in base.execute("SELECT name FROM sqlite_master")}
         if "provenance" not in tables:
             return {"layout": "an older one"} if tables else {}

@@ -6,7 +6,7 @@ from pathlib import Path
 def read(page: Path) -> str:
     """Returns the text of a page; ValueError, which names it, where it is no text in UTF-8."""
     try:
-        return page.read_bytes().decode("utf-8")
+        return page.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise ValueError(f"{page} is not a text in UTF-8: {error}") from error
 

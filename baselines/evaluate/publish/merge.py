@@ -18,17 +18,19 @@ import tyro
 from tqdm import tqdm
 
 from asv_env import files
+from asv_env.checks import choice
 from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import find
-from baselines.evaluate.report import rendering
+from baselines.evaluate.publish import summaries
 from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import summarise
 from baselines.rollout import runner
 from baselines.rollout.commands import command
 from baselines.rollout.episodes import Episode, Label
+from baselines.rollout.lock import locked
 
-ROWS, SUMMARY, REPORT = "episodes.csv", "summary.json", "report.md"
+ROWS, SUMMARY, REPORT = "episodes.csv", summaries.NAME, "report.md"
 SAME = ("suite", "task", "set of episodes", "set of libraries")  #: provenance of both runs
 ROUNDING = 1e-6  #: tolerance of equal numbers of an episode, relative and in m, rad and s
 
@@ -47,9 +49,18 @@ def add(
         ValueError: the runs cannot be compared.
         FileNotFoundError: a folder holds no results.
     """
-    new, old = (json.loads((each / SUMMARY).read_text("utf-8")) for each in (run, published))
+    if checked < 1:
+        raise ValueError(f"--checked {checked}: must be at least 1")
+    for folder in (run, published):  # before a lock is left there
+        summaries.read(folder / SUMMARY)
+    with locked(published):
+        _add(run, published, checked)
+
+
+def _add(run: Path, published: Path, checked: int) -> None:
+    new, old = (summaries.read(each / SUMMARY) for each in (run, published))
     _check_provenance(run, new, published, old)
-    suite = SUITES[old["suite"]].first(old["episodes"])
+    suite = SUITES[choice("suite", old["suite"], SUITES)].first(old["episodes"])
     kept = [row for row in read_csv(published / ROWS) if row.policy not in new["policies"]]
     check(suite, of_rows(suite, kept), checked)
     added = [row for row in read_csv(run / ROWS) if row.seed in suite.seeds]
@@ -61,15 +72,16 @@ def add(
         "added": {**old.get("added", {}), **dict.fromkeys(new["policies"], new["provenance"])},
         **summarise(results),
     }
+    report = summaries.markdown(published / SUMMARY, results, summary)
     write_csv(published / ROWS, results)
     files.write_text(published / SUMMARY, json.dumps(summary, indent=2) + "\n")
-    files.write_text(published / REPORT, rendering.markdown(results, summary))
+    files.write_text(published / REPORT, report)
 
 
 def _check_provenance(run: Path, new: dict[str, Any], published: Path, old: dict[str, Any]) -> None:
     """Raises ValueError where the summaries are of runs that cannot be compared."""
     for name in SAME:
-        there, here = old["provenance"][name], new["provenance"][name]
+        there, here = old["provenance"].get(name), new["provenance"].get(name)
         if there != here:
             raise ValueError(
                 f"{name} is {there!r} in {published} and {here!r} in {run}: run all policies again"

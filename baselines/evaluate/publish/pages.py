@@ -4,9 +4,8 @@ Every number follows from the ``episodes.csv`` of the suites. With ``--check`` n
 and stale pages are an error.
 """
 
-import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,14 +16,15 @@ from asv_env import files
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.publish import marks, model_cards
-from baselines.evaluate.report import rendering
+from baselines.evaluate.publish import marks, model_cards, summaries
 from baselines.evaluate.results import Results, of_rows, read_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import grid
 from baselines.learned import policy_file
+from baselines.rollout.commands import steady
+from baselines.rollout.lock import locked
 
 PROGRAM = "python -m baselines.evaluate.publish"
 FOLDER = "docs/results"
@@ -54,26 +54,43 @@ class Options:
 def read(folder: Path) -> list[Results]:
     """Returns the results of all suites in a folder, one or more, in the order of ``SUITES``."""
     paths = {name: folder / name / "episodes.csv" for name in SUITES}
-    found = [of_rows(SUITES[name], read_csv(path)) for name, path in paths.items() if path.exists()]
+    found = [_results(name, path) for name, path in paths.items() if path.exists()]
     if not found:
         raise FileNotFoundError(f"{folder} holds no results of suites: run some with --out there")
     return found
 
 
+def _results(suite: str, file: Path) -> Results:
+    """Returns the results of a suite in a file; ValueError, which names it, where it has others."""
+    rows = read_csv(file)
+    try:
+        return of_rows(SUITES[suite], rows)
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+
+
 def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
     """Returns the text of every page, by path; ValueError where the overview's has no marks."""
-    readme = options.page.read_text(encoding="utf-8")
+    readme = marks.read(options.page)
     texts = {
-        options.page: marks.replaced(readme, START, END, overview(published)),
+        options.page: _overview_in(readme, options.page, published),
         options.results / "README.md": page(published),
         policy_file.FOLDER / "README.md": model_cards.page(policy_file.FOLDER),
     }
     for results in published:
         folder = options.results / results.suite.name
-        if (folder / "summary.json").exists():
-            summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-            texts[folder / "report.md"] = rendering.markdown(results, summary)
+        file = folder / summaries.NAME
+        if file.exists():
+            texts[folder / "report.md"] = summaries.markdown(file, results, summaries.read(file))
     return texts
+
+
+def _overview_in(text: str, page: Path, published: Sequence[Results]) -> str:
+    """Returns the text of a page with the table of all suites; ValueError names the page."""
+    try:
+        return marks.replaced(text, START, END, overview(published))
+    except ValueError as error:
+        raise ValueError(f"{page}: {error}") from error
 
 
 def overview(published: Sequence[Results]) -> str:
@@ -136,15 +153,34 @@ def _median(values: Float, unit: str, scale: float = 1.0) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Writes the pages, or checks them; exits with a message where that fails."""
-    options = tyro.cli(Options, args=arguments, prog=PROGRAM)
     try:
-        texts = pages(read(options.results), options)
+        with steady():
+            options = tyro.cli(Options, args=arguments, prog=PROGRAM)
+            published = read(options.results)  # before a lock is left there
+            if options.check:
+                _check(pages(published, options))
+            else:
+                with locked(options.results):
+                    _write(pages(published, options))
     except (ValueError, OSError) as error:
         sys.exit(f"{PROGRAM}: {error}")
-    written = {path: path.read_text(encoding="utf-8") for path in texts if path.exists()}
-    stale = {path: text for path, text in texts.items() if written.get(path) != text}
-    if options.check and stale:
+    except KeyboardInterrupt:
+        sys.exit(f"{PROGRAM}: stopped; give the same command to continue")
+
+
+def _stale(texts: Mapping[Path, str]) -> dict[Path, str]:
+    """Returns the pages that differ from what is written, with what they should be."""
+    written = {path: marks.read(path) for path in texts if path.exists()}
+    return {path: text for path, text in texts.items() if written.get(path) != text}
+
+
+def _check(texts: Mapping[Path, str]) -> None:
+    stale = _stale(texts)
+    if stale:
         sys.exit(f"stale: {', '.join(map(str, stale))}: run {PROGRAM}")
-    for path, text in stale.items():
+
+
+def _write(texts: Mapping[Path, str]) -> None:
+    for path, text in _stale(texts).items():
         files.write_text(path, text)
         print(f"{path}: written")
