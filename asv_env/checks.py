@@ -7,7 +7,7 @@ texts and tuples. Any finite real number is taken, of NumPy too, and any sequenc
 
 import difflib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from numbers import Integral, Real
@@ -30,12 +30,13 @@ class UnknownOptionError(UnknownNameError, TypeError):
     """An option that is not known, in the words that Python has for it."""
 
 
-def shown(value: object) -> str:
-    """Returns the text of a value for a message, on one line and not too long."""
+def shown(value: object, text_of: Callable[[Any], str] = repr) -> str:
+    """Returns the text of a value for a message: one line, printable, and not too long."""
     try:
-        text = " ".join(repr(value).split())
+        text = " ".join(text_of(value).split())
     except Exception:  # also of whole numbers with very many digits
         text = f"<{type(value).__name__}>"
+    text = "".join(letter if letter.isprintable() else "?" for letter in text[: SHOWN + 1])
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 

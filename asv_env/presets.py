@@ -12,9 +12,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from typing import Any
 
-from asv_env.checks import check_num_boats, choice
-from asv_env.params import NOMINAL_LENGTH, BoatParams, EnvParams, TaskParams, VesselParams
-from asv_env.registry import Registry
+from asv_env.checks import check_num_boats, check_option, choice, shown
+from asv_env.params import (
+    NOMINAL_LENGTH,
+    BoatParams,
+    EnvParams,
+    HullParams,
+    TaskParams,
+    VesselParams,
+    pitches,
+)
+from asv_env.registry import ReadOnlyDict, Registry
 from asv_env.sensing import observation as observing
 from asv_env.tasks import TASKS, Task
 
@@ -23,6 +31,11 @@ Overrides = Mapping[str, Mapping[str, Any]]  #: fields that differ, by section
 NOISE = {"position_noise": 0.01, "heading_noise": 0.05, "speed_noise": 0.01, "yaw_rate_noise": 0.1}
 GYRE = {"current": "double_gyre", "current_speed": 0.02}
 MISMATCH = {"thrust": 0.15, "lag": (0.05, 0.3), "drag": 0.3, "mass": 0.2, "friction": (0.1, 0.6)}
+
+
+def _is_mapping(thing: object) -> bool:
+    return isinstance(thing, Mapping)
+
 
 SCENARIOS: Registry[Overrides] = Registry(
     "scenario",
@@ -35,8 +48,13 @@ SCENARIOS: Registry[Overrides] = Registry(
         "failure": {"variation": {"failures": 1}},
         "harsh": {"sensors": NOISE, "water": GYRE, "variation": {**MISMATCH, "failures": 1}},
     },
+    _is_mapping,
 )  #: disturbances, by name
-HULLS: Registry[Mapping[str, Any]] = Registry("hull", {"nominal": {}, "no-fins": {"fins": 0.0}})
+HULLS: Registry[Any] = Registry(
+    "hull",
+    {"nominal": {}, "no-fins": {"fins": 0.0}},
+    lambda thing: isinstance(thing, Mapping | HullParams),
+)
 """Hulls by name, for the options ``vessel`` and ``boat``."""
 
 TANK = {"arena": 1.5, "start_distance": (0.5, 1.4), "goal_distance": (0.4, 1.0)}
@@ -56,13 +74,17 @@ PRESETS: Registry[Overrides] = Registry(
         },
         "tank": {"water": {"walls": 1.5}, "task": TANK},
     },
+    _is_mapping,
 )  #: worlds, by name
-DEFAULT_TEAM = {"paper_simulation": 10}  #: numbers of boats, by preset; 4 elsewhere
+DEFAULT_TEAM = ReadOnlyDict({"paper_simulation": 10})  #: numbers of boats, by preset; 4 elsewhere
 
-SECTIONS: dict[str, Any] = {
-    f.name: f.default_factory for f in fields(EnvParams) if f.default_factory is not MISSING
-}  #: classes of the sections of parameters, by name
+SECTIONS = ReadOnlyDict(
+    {f.name: f.default_factory for f in fields(EnvParams) if f.default_factory is not MISSING}
+)  #: classes of the sections of parameters, by name
 TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
+ARGUMENTS = ("num_boats", "scenario", "preset", "action_mode", "observation", "render_mode")
+KNOWN = tuple(sorted({*ARGUMENTS, *TASK_OPTIONS, *SECTIONS, "task_params"}))
+"""Names of the options of an environment."""
 
 
 def make_params(
@@ -103,17 +125,18 @@ def make_params(
         TypeError: a section that is neither its dataclass nor a mapping, or a task that is none.
     """
     definition = TASKS.find(task)
-    if not isinstance(definition, Task):
-        raise TypeError(f"task = {task!r}: give the name of a task, or an asv_env.tasks.Task")
-    choice("preset", preset, PRESETS)
+    preset = choice("preset", preset, PRESETS)
     team = check_num_boats(DEFAULT_TEAM.get(preset, 4) if num_boats is None else num_boats)
     given = _by_section(options)
-    layers = (PRESETS[preset], _as_mapping(SCENARIOS.find(scenario), "scenario"), given)
+    layers = (PRESETS[preset], SCENARIOS.find(scenario), given)
+    for kind, layer in (("preset", layers[0]), ("scenario", layers[1])):
+        for name in layer:
+            choice(f"section of the {kind}", name, SECTIONS)
 
     boat = _merged(_preset_boat(preset, team), "boat", layers)
     vessel = _vessel(boat, team, preset, layers)
     nominal_task = TaskParams(name=definition.name, time_limit=definition.time_limit)
-    if "arena" not in PRESETS[preset].get("task", {}):
+    if "arena" not in _as_mapping(PRESETS[preset].get("task", {}), "task"):
         nominal_task = nominal_task.scaled(vessel.length / NOMINAL_LENGTH)
     sections = {"boat": boat, "vessel": vessel, "task": _merged(nominal_task, "task", layers)}
     if sections["task"].name != definition.name:
@@ -124,9 +147,10 @@ def make_params(
         )
     for name in [name for name in SECTIONS if name not in sections]:
         sections[name] = _merged(SECTIONS[name](), name, layers)
-    features = None if observation is None else tuple(observation)
-    observing.chosen(features)
-    return EnvParams(definition, team, action_mode, features, **sections)
+    features: Any = observation
+    params = EnvParams(definition, team, action_mode, features, **sections)
+    observing.features(params)
+    return params
 
 
 def _preset_boat(preset: str, team: int) -> BoatParams:
@@ -142,7 +166,7 @@ def _vessel(
     boat: BoatParams, team: int, preset: str, layers: tuple[Mapping[str, Any], ...]
 ) -> VesselParams:
     """The nominal vessel, as long as the team needs, with what is given on top."""
-    needed = VesselParams().stretched(max(NOMINAL_LENGTH, (team - 1) * (boat.width + 0.01)))
+    needed = VesselParams().stretched(max(NOMINAL_LENGTH, pitches(team) * (boat.width + 0.01)))
     vessel = VesselParams().stretched(_merged(needed, "vessel", layers).length)
     if preset == "paper_simulation":
         # "the sum of the ASVs' weights is equal to the individual weight of the vessel"
@@ -160,12 +184,11 @@ def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
         elif name == "task_params":
             given["task"] = value
         elif name in ("boat", "vessel"):
-            given[name] = HULLS.find(value)
+            given[name] = HULLS.find(value, name)
         elif name in SECTIONS and name != "task":
             given[name] = value
         else:
-            known = {*TASK_OPTIONS, *SECTIONS, "task_params", "num_boats", "scenario", "preset"}
-            choice("option", name, sorted(known | {"action_mode", "observation", "render_mode"}))
+            check_option(name, KNOWN)
     if flat:
         given["task"] = {**_as_mapping(given.get("task", {}), "task"), **flat}
     return given
@@ -194,6 +217,7 @@ def _as_mapping(override: Any, section: str) -> dict[str, Any]:
         return {f.name: getattr(override, f.name) for f in fields(override)}
     if not isinstance(override, Mapping):
         raise TypeError(
-            f"{section} = {override!r}: give its dataclass or a mapping of the fields that differ"
+            f"{section} = {shown(override)}: give its dataclass, or a mapping of the fields "
+            "that differ"
         )
     return dict(override)

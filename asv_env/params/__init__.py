@@ -1,7 +1,7 @@
 """Every parameter of the environment: frozen dataclasses in SI units, validated when made."""
 
 from asv_env.checks import TINY
-from asv_env.params.env_params import ACTION_MODES, SMALLEST_CAGE, EnvParams
+from asv_env.params.env_params import ACTION_MODES, SMALLEST_CAGE, EnvParams, pitches
 from asv_env.params.hull_params import NOMINAL_LENGTH, BoatParams, HullParams, VesselParams
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import GOAL_ANCHORS, SIDES, RewardParams, TaskParams
@@ -9,5 +9,5 @@ from asv_env.params.task_params import GOAL_ANCHORS, SIDES, RewardParams, TaskPa
 __all__ = [
     "ACTION_MODES", "GOAL_ANCHORS", "NOMINAL_LENGTH", "SIDES", "SMALLEST_CAGE", "TINY",
     "BoatParams", "ClockParams", "EnvParams", "HullParams", "RewardParams", "SensorParams",
-    "TaskParams", "VariationParams", "VesselParams", "WaterParams",
+    "TaskParams", "VariationParams", "VesselParams", "WaterParams", "pitches",
 ]  # fmt: skip

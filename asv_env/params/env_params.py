@@ -1,32 +1,45 @@
 """All parameters of an environment, checked against each other."""
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from dataclasses import dataclass, field, fields, replace
+from typing import Annotated, Any, Self
 
-from asv_env.checks import check_num_boats, choice
+from asv_env.checks import LARGEST_TEAM, Name, Whole, check_fields, plain, shown
 from asv_env.params.hull_params import BoatParams, VesselParams
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import RewardParams, TaskParams
 
 ACTION_MODES = ("tracking", "thrusters")
 SMALLEST_CAGE = 4  #: smallest team whose first and last boats cage the ends of the vessel
+MOST_LENGTHS = {"hull": 100.0, "walls": 1e4, "arena": 1e6}
+"""Largest sizes in vessel lengths, which are the cells in which contacts are looked for."""
+LEAP = 100.0  #: most arenas that a boat at full thrust from rest may cross in a control step
+SPIN = 1e3  #: most radians that it may turn in one
+
+
+def pitches(num_boats: int) -> int:
+    """Returns the length of the vessel in pitches of the boats along its side."""
+    return num_boats - 1 if num_boats >= SMALLEST_CAGE else num_boats + 1
 
 
 @dataclass(frozen=True)
 class EnvParams:
     """All parameters of one environment, consistent with each other.
 
-    ``presets.make_params`` makes them from names and options.
+    ``presets.make_params`` makes them from names and options. They are values: Python's own
+    numbers and texts, in tuples, so that equal parameters are equal and have the same hash.
 
     Raises:
-        ValueError: a team that does not fit the vessel, walls inside the start annulus,
-            more failures than boats can bear.
+        ValueError: a world that could not begin, such as a team that does not fit the vessel,
+            slots, boats or goals outside the walls or the arena, more failures than boats can
+            bear; or one whose sizes or thrusts are too far apart to be computed.
+        TypeError: a section that is not of its class.
     """
 
     definition: Any  #: the ``asv_env.tasks.Task``: initial states, reward, termination, metrics
-    num_boats: int = 4
-    action_mode: str = "tracking"  #: speed and yaw rate; or "thrusters"
+    num_boats: Annotated[int, Whole(2, LARGEST_TEAM)] = 4
+    #: "tracking": speed and yaw rate; or "thrusters"
+    action_mode: Annotated[str, Name(ACTION_MODES)] = "tracking"
     # Names of features, or features of one's own, see ``asv_env.sensing.observation``; None: all.
     observation: tuple[Any, ...] | None = None
     boat: BoatParams = field(default_factory=BoatParams)
@@ -39,10 +52,23 @@ class EnvParams:
     reward: RewardParams = field(default_factory=RewardParams)
 
     def __post_init__(self) -> None:
-        check_num_boats(self.num_boats)
-        choice("action_mode", self.action_mode, ACTION_MODES)
-        room = self.pitch - self.boat.width
-        if room < 0:
+        check_fields(self)
+        object.__setattr__(self, "observation", _features(self.observation))
+        for f in fields(self):
+            section, kind = getattr(self, f.name), f.default_factory
+            if isinstance(kind, type) and not isinstance(section, kind):
+                raise TypeError(f"{f.name} = {shown(section)}: give a {kind.__name__}")
+        if not hasattr(self.definition, "initial_states"):
+            raise TypeError(f"task = {shown(self.definition)}: give an asv_env.tasks.Task")
+        self._check_team()
+        self._check_sizes()
+        self._check_places()
+        self.hulls()  # Their drag must be computable too.
+        self.definition.check(self)
+
+    def _check_team(self) -> None:
+        """Refuses a team that does not fit the vessel, and failures of all boats."""
+        if self.pitch < self.boat.width:
             raise ValueError(
                 f"{self.num_boats} boats of width {self.boat.width:g} m do not fit along a "
                 f"vessel of length {self.vessel.length:g} m: they need a pitch of at least "
@@ -54,13 +80,46 @@ class EnvParams:
                 f"failures = {self.variation.failures}: fewer than num_boats = "
                 f"{self.num_boats} can fail, somebody has to push"
             )
-        self._check_places()
+        task = self.task
+        # A short time limit is common in trials, so the usual time of holding is always fine.
+        if not self.definition.has_goal and task.hold_time > max(
+            task.time_limit, TaskParams.hold_time
+        ):
+            raise ValueError(
+                f"hold_time = {task.hold_time:g} s: longer than time_limit = "
+                f"{task.time_limit:g} s, so no episode could succeed; hold for a shorter time"
+            )
+
+    def _check_sizes(self) -> None:
+        """Refuses sizes and accelerations with which a step could not be computed."""
+        boat, vessel, task, vary = self.boat, self.vessel, self.task, self.variation
+        sizes = (
+            ("boat.length and boat.width", math.hypot(boat.length, boat.width), "hull"),
+            ("vessel.width", vessel.width, "hull"),
+            ("water.walls", self.water.walls or 0.0, "walls"),
+            ("arena", task.arena, "arena"),
+        )
+        for name, size, kind in sizes:
+            if size > MOST_LENGTHS[kind] * vessel.length:
+                raise ValueError(
+                    f"{name}: {size:g} m are more than {MOST_LENGTHS[kind]:g} times "
+                    f"vessel.length = {vessel.length:g} m; make them smaller or the vessel longer"
+                )
+        force = 2 * boat.thrust * (1 + vary.thrust) / (1 - vary.mass) / self.clock.control**2
+        leap, turn = force / boat.total_mass, force * boat.lever_arm / boat.total_inertia
+        if leap > LEAP * task.arena or turn > SPIN:
+            raise ValueError(
+                f"thrust = {boat.thrust:g} N on a boat of {boat.total_mass:g} kg and "
+                f"{boat.total_inertia:g} kg m^2 with lever_arm = {boat.lever_arm:g} m: in one "
+                f"control step it would move by {leap:.3g} m and {turn:.3g} rad; choose less "
+                "thrust, more mass or inertia, or a faster clock.control"
+            )
 
     def _check_places(self) -> None:
-        """Refuses initial positions and goals where no hull can be."""
-        walls, task = self.water.walls, self.task
-        clear = math.hypot(self.vessel.length, self.vessel.width) / 2
-        clear += math.hypot(self.boat.length, self.boat.width) / 2
+        """Refuses initial positions, slots and goals where no hull can be."""
+        walls, task, boat, vessel = self.water.walls, self.task, self.boat, self.vessel
+        clear = math.hypot(vessel.length, vessel.width) / 2
+        clear += math.hypot(boat.length, boat.width) / 2
         if not self.definition.starts_grasped and task.start_distance[0] < clear:
             raise ValueError(
                 f"start_distance = {task.start_distance!r}: boats would start in the vessel; "
@@ -71,6 +130,19 @@ class EnvParams:
                 f"walls = {walls:g} m lie inside start_distance = {task.start_distance!r} m; "
                 "make the basin larger"
             )
+        caged = self.num_boats >= SMALLEST_CAGE
+        along = (vessel.length + boat.width) / 2 + task.end_gap if caged else vessel.length / 2
+        across = (vessel.width + boat.length) / 2
+        hull = max(along + boat.width / 2 if caged else along, across + boat.length / 2)
+        for name, edge, reach in (
+            ("arena", task.arena, max(along, across)),
+            ("walls", walls, hull),
+        ):
+            if edge is not None and reach > edge:
+                raise ValueError(
+                    f"{name} = {edge:g} m: boats in their slots on the vessel reach {reach:.3g} m "
+                    "from its centre; choose a larger basin, smaller hulls, or a smaller end_gap"
+                )
         if task.goal is not None:
             self.checked_goal(task.goal)
 
@@ -81,13 +153,13 @@ class EnvParams:
             ValueError: not three finite numbers, outside the arena, or where the vessel would lie
                 in a wall by more than ``position_tolerance``.
         """
-        x, y, heading = self.task.checked_goal(goal)
-        if not self.goal_fits((x, y, heading)):
+        pose = self.task.checked_goal(goal)
+        if not self.goal_fits(pose):
             raise ValueError(
-                f"goal = {goal!r}: the vessel would lie outside the walls at {self.water.walls:g} "
+                f"goal = {pose!r}: the vessel would lie outside the walls at {self.water.walls:g} "
                 "m; choose a nearer goal or a larger basin"
             )
-        return x, y, heading
+        return pose
 
     def goal_fits(self, goal: tuple[float, float, float]) -> bool:
         """Returns whether the vessel fits within the walls at a goal pose, m, m, rad.
@@ -112,8 +184,7 @@ class EnvParams:
     @property
     def pitch(self) -> float:
         """Distance between neighbouring slots along the side, m."""
-        cells = self.num_boats - 1 if self.num_boats >= SMALLEST_CAGE else self.num_boats + 1
-        return self.vessel.length / cells
+        return self.vessel.length / pitches(self.num_boats)
 
     @property
     def time_limit_ticks(self) -> int:
@@ -129,3 +200,24 @@ class EnvParams:
             at = (self.water.linear_speed, self.water.linear_yaw_rate)
             vessel, boat = vessel.linearised(*at), boat.linearised(*at)
         return vessel, boat
+
+
+def _features(observation: Any) -> tuple[Any, ...] | None:
+    """Returns names of features, and features, as a tuple; the names are texts of Python's own.
+
+    Raises:
+        ValueError: something else.
+    """
+    if observation is None:
+        return None
+    items = plain(observation)
+    try:
+        found = tuple(map(plain, items)) if not isinstance(items, str | bytes) else ()
+        hash(found)
+    except TypeError:
+        found = ()
+    if not found:
+        raise ValueError(
+            f"observation = {shown(observation)}: give a list of names of features, or features"
+        )
+    return found

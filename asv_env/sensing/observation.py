@@ -53,6 +53,10 @@ class Feature:
     bound: tuple[float, ...]
     columns: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        for name in ("scale", "bound", "columns"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+
 
 def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:
     """Returns a feature of one column, ``value`` / ``scale`` clipped to +-``bound``."""
@@ -106,7 +110,9 @@ DEFAULT = (
         ),
     ),
 )  #: features that are observed by default
-FEATURES: Registry[Feature] = Registry("feature", {one.name: one for one in DEFAULT})
+FEATURES: Registry[Feature] = Registry(
+    "feature", {one.name: one for one in DEFAULT}, lambda thing: isinstance(thing, Feature)
+)
 """Features by name, in the order in which they are observed by default."""
 
 
@@ -124,7 +130,7 @@ def chosen(names: tuple[str | Feature, ...] | None) -> Features:
     """
     if names is None:
         return DEFAULT
-    found = tuple(FEATURES.find(one) for one in names)
+    found = tuple(FEATURES.find(one, "observation") for one in names)
     columns = column_names(found)
     if not columns or len(set(columns)) < len(columns):
         raise ValueError(f"observation = {list(names)}: name one feature at least, each once")

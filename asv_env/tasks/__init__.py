@@ -10,7 +10,11 @@ from asv_env.tasks.reward import Term, Transition
 from asv_env.tasks.task import InitialStates, Metric, Task
 from asv_env.tasks.transport import TRANSPORT
 
-TASKS: Registry[Task] = Registry("task", {task.name: task for task in (APPROACH, PUSH, TRANSPORT)})
+TASKS: Registry[Task] = Registry(
+    "task",
+    {task.name: task for task in (APPROACH, PUSH, TRANSPORT)},
+    lambda thing: isinstance(thing, Task),
+)
 """Tasks by name; ``TASKS.register(task.name, task)`` adds one's own."""
 
 __all__ = [

@@ -1,5 +1,7 @@
 """Initial-state distributions: poses, goals, variations and failures, from one Generator."""
 
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -56,14 +58,54 @@ def _goal(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> Fl
         return np.array(params.task.goal)
     near, far = params.task.goal_distance
     bound = _bound(params, params.vessel.length / 2)
-    for _ in range(TRIES):
+    for x, y in _places(rng, near, far, bound):
+        pose = (x, y, rng.uniform(-np.pi, np.pi))
+        if params.goal_fits(pose):
+            return np.array(pose)
+    raise ValueError(
+        f"no goal at goal_distance = {params.task.goal_distance!r} m from the origin lies within "
+        f"{bound:g} m of it along both axes; bring goal_distance nearer or widen the basin"
+    )
+
+
+def _places(
+    rng: np.random.Generator, near: float, far: float, bound: float
+) -> Iterator[tuple[float, float]]:
+    """Samples places in a ring, uniformly by its area, none of whose coordinates exceeds a bound.
+
+    They are found by rejection from a square, and where hardly any is found that way, one by one.
+    """
+    hits = TRIES * np.pi / 4 * (1 - (near / far) ** 2) if near > 0 else TRIES
+    if near > math.sqrt(2) * bound:
+        return
+    for _ in range(TRIES if hits >= 1 else 0):
         x, y = rng.uniform(-far, far, 2)
         if near <= np.hypot(x, y) <= far and max(abs(x), abs(y)) <= bound:
-            return np.array([x, y, rng.uniform(-np.pi, np.pi)])
-    raise ValueError(
-        f"no goal at {params.task.goal_distance!r} m from the origin lies within {bound:g} m "
-        "of it along both axes; bring `goal_distance` nearer or widen the basin"
-    )
+            yield x, y
+    for _ in range(TRIES):
+        place = _in_ring(rng, near, far, bound)
+        yield place.real, place.imag
+
+
+def _in_ring(rng: np.random.Generator, near: float, far: float, bound: float) -> complex:
+    """Samples a place x + iy in a ring, uniformly by its area, within a bound on both coordinates.
+
+    A part of the ring must lie within. In each quadrant the allowed angles of a radius are those
+    between two limits, which approach each other as the radius grows.
+    """
+
+    def limits(radius: float) -> tuple[float, float]:
+        reach = min(1.0, bound / radius) if radius > 0 else 1.0
+        return math.acos(reach), max(math.acos(reach), math.asin(reach))
+
+    far = min(far, math.sqrt(2) * bound)
+    first, last = limits(near)
+    while True:
+        radius = min(max(near, math.sqrt(rng.uniform(near**2, far**2))), far)
+        low, high = limits(radius)
+        if rng.random() * (last - first) <= high - low:
+            quadrant: complex = 1j ** int(rng.integers(4))
+            return complex(radius * quadrant * np.exp(1j * rng.uniform(low, high)))
 
 
 def _side(params: EnvParams, goal: Float) -> float:
@@ -76,21 +118,48 @@ def _side(params: EnvParams, goal: Float) -> float:
 def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Float]:
     """Samples positions in the ring ``start_distance``, apart from each other, and headings."""
     near, far = params.task.start_distance
-    apart = params.task.start_spacing * params.boat.length
-    bound = _bound(params, params.boat.length)
+    boat, team = params.boat, params.num_boats
+    apart = params.task.start_spacing * max(boat.length, boat.width)
+    bound = _bound(params, max(boat.length, math.hypot(boat.length, boat.width) / 2))
     boats = np.empty(0, dtype=np.complex128)
-    for _ in range(TRIES):
-        if len(boats) == params.num_boats:
-            return boats, rng.uniform(-np.pi, np.pi, params.num_boats)
-        radius = np.sqrt(rng.uniform(near**2, far**2))
-        candidate = radius * np.exp(1j * rng.uniform(-np.pi, np.pi))
+    for attempt in range(2 * TRIES if near <= math.sqrt(2) * bound else 0):
+        if len(boats) == team:
+            return boats, rng.uniform(-np.pi, np.pi, team)
+        if attempt < TRIES:
+            radius = np.sqrt(rng.uniform(near**2, far**2))
+            candidate = radius * np.exp(1j * rng.uniform(-np.pi, np.pi))
+        else:  # Hardly any of the ring lies within the bound, or it is crowded.
+            candidate = _in_ring(rng, near, far, bound)
         inside = max(abs(candidate.real), abs(candidate.imag)) <= bound
         if inside and np.all(np.abs(boats - candidate) >= apart):
             boats = np.append(boats, candidate)
+    places = _arranged(near, far, apart, bound, team)
+    if len(places) >= team:
+        boats = rng.choice(places, team, replace=False)
+        return boats, rng.uniform(-np.pi, np.pi, team)
     raise ValueError(
-        f"{params.num_boats} boats {apart:.3g} m apart do not fit between {near:g} m and "
-        f"{far:g} m from the vessel; widen `start_distance` or lower `start_spacing`"
+        f"{team} boats {apart:.3g} m apart do not fit at start_distance = "
+        f"{params.task.start_distance!r} m from the vessel and within {bound:.3g} m of it along "
+        "both axes; widen start_distance or the basin, lower start_spacing, or use fewer boats"
     )
+
+
+def _arranged(near: float, far: float, apart: float, bound: float, team: int) -> Complex:
+    """Returns places of boats on circles within a ring, ``apart`` or more from each other, m.
+
+    They are for teams that find no room at random: the outermost circles come first, and there
+    are not many more places than boats.
+    """
+    places = np.empty(0, dtype=np.complex128)
+    radius = min(far, math.sqrt(2) * bound)
+    while radius >= near and radius > 0 and len(places) < 4 * team:
+        count = int(np.pi / math.asin(min(1.0, apart / (2 * radius))))
+        turns = (np.arange(min(count, 64 * team)) + 0.5) / count
+        circle = radius * np.exp(2j * np.pi * (turns + (0.125 - 0.5 / count)))
+        inside = np.maximum(abs(circle.real), abs(circle.imag)) <= bound
+        places = np.append(places, circle[inside])
+        radius -= apart
+    return places
 
 
 def _bound(params: EnvParams, margin: float) -> float:

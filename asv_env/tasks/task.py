@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
+from asv_env.tasks import starts
 from asv_env.tasks.formation import Relations
 from asv_env.tasks.reward import Term
 from asv_env.types import Bool, Complex, Float, InitialState, State
@@ -77,6 +78,19 @@ class Task:
     has_goal: bool = True
 
     def __post_init__(self) -> None:
+        for name in ("reward", "metrics", "not_applicable"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [term.name for term in self.reward]
         if not names or len(set(names)) < len(names):
             raise ValueError(f"reward terms {names} of {self.name!r}: give one at least, each once")
+
+    def check(self, params: EnvParams) -> None:
+        """Refuses parameters with which no episode can begin, by trying.
+
+        Initial states that are not built in are not tried: what they do is their own affair.
+
+        Raises:
+            ValueError: boats or goals have no place.
+        """
+        if self.initial_states in (starts.scattered, starts.in_slots):
+            self.initial_states(params, np.random.default_rng(0), None)
