@@ -134,10 +134,9 @@ class Whole:
         number = plain(value)
         whole = isinstance(number, Integral) and not isinstance(number, bool)
         if not whole or not self.low <= number <= self.high:
-            upper = f" and at most {self.high:g}" if self.high < math.inf else ""
-            raise ValueError(
-                f"{name} = {shown(value)}: must be a whole number of at least {self.low}{upper}"
-            )
+            bounded = self.high < math.inf
+            allowed = f"from {self.low} to {self.high:g}" if bounded else f"of at least {self.low}"
+            raise ValueError(f"{name} = {shown(value)}: must be a whole number {allowed}")
         return int(number)
 
 

@@ -33,7 +33,9 @@ def approach(params, seeds, seconds=None):
 
 def lasting(scenario, num_boats=4, **options):
     """Parameters of an approach in which no world ends before its time."""
-    return make_params("approach", num_boats, scenario, hold_time=1e3, arena=1e3, **options)
+    return make_params(
+        "approach", num_boats, scenario, hold_time=1e3, time_limit=1e3, arena=1e3, **options
+    )
 
 
 @pytest.mark.parametrize(

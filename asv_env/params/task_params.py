@@ -65,7 +65,7 @@ class TaskParams:
         pose = numbers(goal, 3)
         if pose is None:
             raise ValueError(
-                f"goal = {shown(goal)}: give three finite numbers: x m, y m, heading rad"
+                f"goal = {shown(goal)}: give three numbers, all finite: x m, y m, heading rad"
             )
         x, y, heading = pose
         if max(abs(x), abs(y)) > self.arena:
