@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from typing import Any
 
-from asv_env.checks import check_num_boats, check_option, choice, shown
+from asv_env.checks import check_num_boats, check_option, choice, plain, shown
 from asv_env.params import (
     NOMINAL_LENGTH,
     BoatParams,
@@ -184,7 +184,8 @@ def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
         elif name == "task_params":
             given["task"] = value
         elif name in ("boat", "vessel"):
-            given[name] = HULLS.find(value, name)
+            word = plain(value)
+            given[name] = HULLS.find(word, name) if isinstance(word, str) else value
         elif name in SECTIONS and name != "task":
             given[name] = value
         else:

@@ -53,7 +53,7 @@ def reset(env: Any, **arguments: Any) -> Any:
         ({"preset": "tnak"}, r"preset 'tnak'.*'tank'"),
         ({"action_mode": "thruster"}, r"'thruster'.*'thrusters'"),
         ({"render_mode": "rgb"}, r"render_mode 'rgb'.*'rgb_array'"),
-        ({"time_limt": 3.0}, r"option 'time_limt'.*'time_limit'"),
+        ({"time_limt": 3.0}, r"argument 'time_limt'.*'time_limit'"),
         ({"boat": {"lenght": 0.1}}, r"'lenght'.*'length'"),
         ({"num_boats": 1}, r"num_boats = 1\b.*2 to 100"),
         ({"num_boats": 2.5}, r"num_boats = 2\.5"),
