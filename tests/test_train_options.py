@@ -114,7 +114,7 @@ def test_a_missing_extra_is_named(monkeypatch):
     for name in ("train.sb3.training", "train.sb3.ppo", "train.sb3.policies"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    assert "pip install -e '.[train]'" in refusal()
+    assert "pip install 'asv-env[train]'" in refusal()
 
 
 def test_a_missing_tracker_is_named(monkeypatch, tmp_path):

@@ -33,7 +33,7 @@ def _with_remedy(error: Exception) -> str:
     extras = {"torch": "train", "stable_baselines3": "train", "ray": "rllib"}
     if name not in extras:
         return str(error)
-    return f"{error}: this needs an extra, pip install -e '.[{extras[name]}]'"
+    return f"{error}: this needs an extra, pip install 'asv-env[{extras[name]}]'"
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ import warnings
 from collections.abc import Collection, Mapping
 from copy import deepcopy
 from enum import Enum
-from numbers import Integral
 from typing import Any
 
 import gymnasium
@@ -165,15 +164,3 @@ def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ())
             hint = nearest(name, known) or f" Known: {', '.join(map(repr, known))}."
             warnings.warn(f"reset option {name!r} is unknown and ignored.{hint}", stacklevel=3)
     return options.get("goal")
-
-
-def check_num_envs(num_envs: Any) -> int:
-    """Returns a number of worlds.
-
-    Raises:
-        ValueError: not a whole number of at least 1.
-    """
-    whole = isinstance(num_envs, Integral) and not isinstance(num_envs, bool)
-    if not whole or num_envs < 1:
-        raise ValueError(f"num_envs = {num_envs!r}: must be a whole number of at least 1")
-    return int(num_envs)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
-import numpy as np
+from asv_env import checks
 
 REGISTRATION = "gymnasium.envs.registration"  #: module of ``gymnasium.make``
 
@@ -26,8 +26,7 @@ def completed(spec: Any, max_episode_steps: int) -> Any:
 
 def plain(value: Any) -> Any:
     """Returns a value whose arrays are lists and whose NumPy numbers are Python's, all copies."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
+    value = checks.plain(value)
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, Mapping):

@@ -5,6 +5,7 @@ from dataclasses import is_dataclass, replace
 from numbers import Integral
 from typing import Any
 
+from asv_env.checks import Whole
 from asv_env.params import EnvParams
 
 
@@ -20,10 +21,11 @@ def limited(params: EnvParams, options: Mapping[str, Any], **steps: Any) -> EnvP
     Raises:
         ValueError: not a whole number of at least 1, or another limit is given too.
     """
-    given = {name: number for name, number in steps.items() if not _is_none(number)}
-    for name, number in given.items():
-        if isinstance(number, bool) or not isinstance(number, Integral) or number < 1:
-            raise ValueError(f"{name} = {number!r}: must be a whole number of at least 1, or None")
+    given = {
+        name: Whole(1).checked(name, number)
+        for name, number in steps.items()
+        if not (number is None or (isinstance(number, Integral) and number == -1))
+    }
     if len(set(given.values())) > 1:
         raise ValueError(f"{' and '.join(f'{k} = {v}' for k, v in given.items())}: give one")
     hz, ticks = params.clock.control, params.time_limit_ticks
@@ -34,12 +36,8 @@ def limited(params: EnvParams, options: Mapping[str, Any], **steps: Any) -> EnvP
                 f"{ticks} steps at {hz} Hz: give one of the two, the other as None"
             )
         if number != ticks:
-            return replace(params, task=replace(params.task, time_limit=int(number) / hz))
+            return replace(params, task=replace(params.task, time_limit=number / hz))
     return params
-
-
-def _is_none(number: Any) -> bool:
-    return number is None or (isinstance(number, Integral) and number == -1)
 
 
 def _has_time_limit(options: Mapping[str, Any]) -> bool:

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
-from asv_env.envs.common import Adapter, Stage, check_num_envs, goal_option
+from asv_env.checks import Whole
+from asv_env.envs.common import Adapter, Stage, goal_option
 from asv_env.envs.infos import metrics_of, of_world
 from asv_env.envs.limits import limited
 from asv_env.envs.row_attributes import RowAttributes
@@ -74,7 +75,7 @@ class BoatVecEnv(Adapter, VecEnv):
         max_episode_steps: int | None = None,
         **options: Any,
     ) -> None:
-        num_envs = check_num_envs(num_envs)
+        num_envs = Whole(1).checked("num_envs", num_envs)
         params = make_params(task, num_boats, scenario, **options)
         params = limited(params, options, max_episode_steps=max_episode_steps)
         simulation = Simulation(params, num_envs, worlds_per_space, initial_states)

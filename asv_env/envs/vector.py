@@ -8,8 +8,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from asv_env.checks import choice
-from asv_env.envs.common import Adapter, ResetNeededError, Stage, check_num_envs, goal_option
+from asv_env.checks import Whole, choice
+from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option
 from asv_env.envs.infos import masked, team_infos, team_mean
 from asv_env.envs.limits import limited
 from asv_env.envs.row_attributes import RowAttributes
@@ -71,7 +71,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         if not isinstance(autoreset_mode, AutoresetMode):
             known = [mode.value for mode in AutoresetMode]
             autoreset_mode = AutoresetMode(choice("autoreset_mode", autoreset_mode, known))
-        num_envs = check_num_envs(num_envs)
+        num_envs = Whole(1).checked("num_envs", num_envs)
         params = make_params(task, num_boats, scenario, **options)
         params = limited(params, options, max_episode_steps=max_episode_steps)
         simulation = Simulation(params, num_envs, worlds_per_space)
