@@ -10,7 +10,8 @@ from pathlib import Path
 import tyro
 
 import asv_env
-from asv_env import PRESETS, SCENARIOS, TASKS
+from asv_env import PRESETS, SCENARIOS, TASKS, files
+from asv_env.checks import choice
 from asv_env.params import ACTION_MODES
 
 LIBRARIES = {
@@ -19,6 +20,7 @@ LIBRARIES = {
     "train": ("stable-baselines3", "torch", "tensorboard"),
     "rllib": ("ray",),
 }  #: what is reported, by the extra that installs it
+PICTURES = (".png",)  #: suffixes of pictures
 USES = """
 One agent for all boats   gymnasium.make("asv_env/Transport-v0", num_boats=4)
 Many worlds at once       gymnasium.make_vec("asv_env/Transport-v0", num_envs=64)
@@ -69,7 +71,14 @@ def report() -> str:
 
 
 def draw(options: Options, path: Path) -> None:
-    """Writes a picture of an initial state; FileExistsError if that would replace a file."""
+    """Writes a picture of an initial state.
+
+    Raises:
+        ValueError: an unknown kind of picture, or something is wrong with the options.
+        FileExistsError: that would replace a file.
+        OSError: the file cannot be written.
+    """
+    choice("kind of picture", path.suffix.lower(), PICTURES)
     if path.exists() and not options.overwrite:
         raise FileExistsError(f"{path} exists; choose another name or add --overwrite")
     import imageio.v3 as imageio  # an extra
@@ -77,8 +86,9 @@ def draw(options: Options, path: Path) -> None:
     world = options.task, options.num_boats, options.scenario
     env = asv_env.JointEnv(*world, render_mode="rgb_array", preset=options.preset)
     env.reset(seed=options.seed)
-    imageio.imwrite(path, env.render())
+    picture = env.render()
     env.close()
+    files.write(path, lambda part: imageio.imwrite(part, picture))
 
 
 def _version(name: str) -> str:

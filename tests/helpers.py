@@ -1,5 +1,7 @@
 """What several tests need: worlds placed by hand, and records of what happens in them."""
 
+import resource
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from unittest import mock
 
@@ -54,6 +56,17 @@ def bodies(vessel=(), *boats):
     for row, given in zip(motion, (vessel, *boats), strict=True):
         row[: len(given)] = given
     return motion
+
+
+@contextmanager
+def no_larger_than(size):
+    """Files cannot grow beyond a size, bytes, as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 class World:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import imageio.v3 as imageio
 import pytest
+from helpers import no_larger_than
 
 import asv_env
 from asv_env.__main__ import main
@@ -41,3 +42,31 @@ def test_the_package_needs_no_extra() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     extras = {"torch", "stable_baselines3", "pygame", "imageio", "matplotlib"}
     assert not extras & set(done.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("start.doc", "unknown kind of picture '.doc'"),
+        ("start", "unknown kind of picture ''"),
+        ("file/start.png", "file/start.png cannot be written: not a directory"),
+        ("folder.png", "name a file, not a folder"),
+    ],
+)
+def test_a_picture_that_cannot_be_is_refused_in_one_line(
+    name: str, words: str, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("precious")
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(SystemExit, match=words) as stopped:
+        main(["--picture", str(tmp_path / name), "--overwrite"])
+    assert "\n" not in str(stopped.value)
+
+
+def test_on_a_full_disk_the_old_picture_stays(tmp_path: Path) -> None:
+    path = tmp_path / "start.png"
+    path.write_text("old")
+    with no_larger_than(1000), pytest.raises(SystemExit, match=r"start\.png cannot .*free space"):
+        main(["--picture", str(path), "--overwrite"])
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]

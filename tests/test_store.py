@@ -1,13 +1,13 @@
 """The database of episodes: what is damaged is named and can be replaced."""
 
 import json
-import resource
 import shutil
 import sqlite3
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers import no_larger_than
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -161,16 +161,14 @@ def test_replacing_a_damaged_database_removes_its_trajectories(good, tmp_path):
 def test_a_full_disk_is_named_and_what_is_finished_is_kept(logs, tmp_path):
     store = opened(tmp_path)
     store.add(KEY, logs[0])
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
     size = (tmp_path / NAME).stat().st_size
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     big = replace(logs[1], poses=np.random.default_rng(0).uniform(-1, 1, (9000, 5, 3)))
-    try:
-        with pytest.raises(OSError, match=rf"{NAME} cannot be written: .*give the same command"):
-            store.add(KEY, big)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-        store.close()
+    with (
+        no_larger_than(size),
+        pytest.raises(OSError, match=rf"{NAME} cannot be written: .*give the same command"),
+    ):
+        store.add(KEY, big)
+    store.close()
     store = opened(tmp_path)
     assert store.seeds(KEY) == {logs[0].episode.seed}
     store.close()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers import no_larger_than
 from test_render import SIZE, pushed
 
 from asv_env.render import video
@@ -87,3 +88,29 @@ def test_bad_frames(tmp_path, bad, name, match):
 def test_gif_refuses_rates_that_viewers_do_not_play(frames, tmp_path):
     with pytest.raises(ValueError, match="50"):
         video.save(frames, tmp_path / "push.gif", fps=60)
+
+
+@pytest.mark.parametrize("name", ["push.gif", "push.mp4"])
+@pytest.mark.parametrize("allowed", [0, 2_000])
+def test_on_a_full_disk_the_old_film_stays(frames, tmp_path, name, allowed):
+    """At the first byte, and in the middle."""
+    path = tmp_path / name
+    path.write_text("old")
+    with (
+        no_larger_than(allowed),
+        pytest.raises(
+            OSError, match=rf"{name} cannot be written: .*; free space and give"
+        ) as error,
+    ):
+        video.save(frames, path, fps=10, overwrite=True)
+    assert "\n" not in str(error.value)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("name", ["file/push.mp4", "folder.gif"])
+def test_what_cannot_be_a_film_is_named(frames, tmp_path, name):
+    (tmp_path / "file").write_text("precious")
+    (tmp_path / "folder.gif").mkdir()
+    with pytest.raises(OSError, match=rf"{name} cannot be written: "):
+        video.save(frames, tmp_path / name, fps=10, overwrite=True)

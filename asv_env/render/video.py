@@ -95,7 +95,7 @@ def _save_mp4(frames: list[Frame], path: Path, fps: float) -> None:
     height, width = frames[0].shape[:2]
     if height % 2 or width % 2:
         raise ValueError(f"frames of {width} x {height} px: MP4 needs even sides")
-    from imageio_ffmpeg import write_frames  # an extra
+    from imageio_ffmpeg import count_frames_and_secs, write_frames  # an extra
 
     output = ["-crf", str(QUALITY), "-movflags", "+faststart"]
     size = width, height
@@ -106,5 +106,11 @@ def _save_mp4(frames: list[Frame], path: Path, fps: float) -> None:
     try:
         for frame in frames:
             writer.send(np.ascontiguousarray(frame))
+        writer.close()
+        complete = path.exists() and count_frames_and_secs(os.fspath(path))[0] == len(frames)
+    except (OSError, RuntimeError):  # with the whole command of the encoder in its text
+        complete = False
     finally:
         writer.close()
+    if not complete:
+        raise OSError(f"the encoder has failed, as it says above; {files.SPACE}")
