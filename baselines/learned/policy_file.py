@@ -13,8 +13,6 @@ describes what they do and where they fail.
 
 import hashlib
 import json
-import zipfile
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import pairwise
@@ -23,16 +21,17 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.checks import check_num_boats, finite
 from asv_env.files import write
 from asv_env.params import EnvParams
 from asv_env.tasks.task import Task
+from baselines.learned import npz
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.learned.phases import Phase, PhasedPolicy
 from baselines.policy import Policy
 
 FOLDER = Path(__file__).parent / "weights"  #: folder of the files that are part of this package
 FORMAT, SUFFIX = "asv-env policy 2", ".npz"
-UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError)  #: exceptions that mean a damaged NPZ
 
 
 def save(path: Path, phases: Sequence[Phase], model_card: Mapping[str, Any]) -> None:
@@ -69,18 +68,19 @@ def read(path: Path) -> tuple[list[Phase], dict[str, Any]]:
         ValueError: the file is not a policy file, or of another format.
         FileNotFoundError: there is no such file.
     """
-    if path.is_file() and not zipfile.is_zipfile(path):
-        raise ValueError(f"{path} is not a policy file: not an NPZ")
     try:
-        with np.load(path, allow_pickle=False) as file:
-            policy = json.loads(str(file["policy"]))
-            if policy["format"] != FORMAT:
-                raise ValueError(f"its format is {policy['format']!r}")
-            phases = [_phase(file, *item) for item in enumerate(policy["phases"])]
-            return phases, policy["model_card"]
-    except (*UNREADABLE, KeyError, ValueError, TypeError, AttributeError) as error:
+        arrays = npz.read(path)
+        policy = json.loads(str(arrays["policy"]))
+        if policy["format"] != FORMAT:
+            raise ValueError(f"its format is {policy['format']!r}")
+        phases = [_phase(arrays, *item) for item in enumerate(policy["phases"])]
+        if not isinstance(policy["model_card"], dict):
+            raise ValueError("its model card is none")
+        return phases, policy["model_card"]
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        reason = " ".join(str(error).split())
         raise ValueError(
-            f"{path} is not a policy file of the format {FORMAT!r}: {error}"
+            f"{path} is not a policy file of the format {FORMAT!r}: {reason}"
         ) from error
 
 
@@ -129,14 +129,26 @@ def fingerprint() -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 
-def _phase(file: Mapping[str, Any], number: int, fields: dict[str, Any]) -> Phase:
+def _phase(arrays: Mapping[str, Any], number: int, fields: dict[str, Any]) -> Phase:
     prefix = f"phase_{number}_"
-    depth = sum(name.startswith(f"{prefix}weight_") for name in file)
-    layers = [(file[f"{prefix}weight_{n}"], file[f"{prefix}bias_{n}"]) for n in range(depth)]
+    depth = sum(name.startswith(f"{prefix}weight_") for name in arrays)
+    layers = [(arrays[f"{prefix}weight_{n}"], arrays[f"{prefix}bias_{n}"]) for n in range(depth)]
     _check(layers)
-    lists = {key: tuple(fields["metadata"][key]) for key in ("tasks", "observation")}
+    lists = {key: _words(fields["metadata"][key]) for key in ("tasks", "observation")}
     metadata = Metadata(**{**fields["metadata"], **lists})
-    return Phase(layers, metadata, fields["patience"], fields["team_size"])
+    patience, team_size = fields["patience"], fields["team_size"]
+    if patience is not None and (finite(patience) is None or patience <= 0):
+        raise ValueError(f"patience = {patience!r}: must be a positive number")
+    if team_size is not None:
+        check_num_boats(team_size)
+    return Phase(layers, metadata, patience, team_size)
+
+
+def _words(value: Any) -> tuple[str, ...]:
+    """Returns a list of names as a tuple."""
+    if not isinstance(value, list) or not all(isinstance(word, str) for word in value):
+        raise ValueError(f"{value!r} are not names")
+    return tuple(value)
 
 
 def _check(layers: Layers) -> None:
@@ -145,5 +157,7 @@ def _check(layers: Layers) -> None:
     fits = all(len(weight) == 2 and bias == weight[1:] for weight, bias in shapes)
     if not (shapes and fits and all(b[0][0] == a[0][1] for a, b in pairwise(shapes))):
         raise ValueError(f"layers of shapes {shapes} do not fit")
+    if not all(array.dtype.kind == "f" for layer in layers for array in layer):
+        raise ValueError("weights are not real numbers")
     if not all(np.isfinite(array).all() for layer in layers for array in layer):
         raise ValueError("weights are not finite")

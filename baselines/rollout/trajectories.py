@@ -10,8 +10,7 @@ seed, names and version of the observation's features, the action mode, the cont
 
 import json
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -21,11 +20,20 @@ import numpy as np
 from asv_env.files import named, write
 from asv_env.params import EnvParams
 from asv_env.sensing import observation
-from baselines.learned.policy_file import UNREADABLE
+from baselines.learned import npz
 from baselines.rollout import seeds
 from baselines.rollout.episodes import Episode, PoseLog, Trajectory
 
 FOLDER = "trajectories"
+METADATA = {
+    "episode": dict,
+    "purpose": str | None,
+    "observation_names": list,
+    "observation_version": int,
+    "action_mode": str,
+    "control_rate": int | float,
+}
+"""Metadata of a file, and their types."""
 
 
 def folder(out: Path, condition: str, policy: str, training: int | None) -> Path:
@@ -90,23 +98,59 @@ def load(file: Path) -> tuple[Trajectory, dict[str, Any]]:
         ValueError: the file is not a recorded trajectory.
         FileNotFoundError: there is no such file.
     """
-    with _open(file) as saved:
-        arrays = {f.name: saved[f.name] for f in fields(Trajectory)}
-    return Trajectory(**{**arrays, "terminated": bool(arrays["terminated"])}), about(file)
+    names = [f.name for f in fields(Trajectory)]
+    arrays = _read(file, [*names, "about"])
+    metadata = _metadata(file, arrays.pop("about"))
+    _check(file, arrays)
+    return Trajectory(**{**arrays, "terminated": bool(arrays["terminated"])}), metadata
 
 
 def about(file: Path) -> dict[str, Any]:
     """Returns the metadata of a trajectory, as ``load`` does, but does not read its arrays."""
-    with _open(file) as saved:
-        metadata: dict[str, Any] = json.loads(str(saved["about"]))
-    return metadata
+    return _metadata(file, _read(file, ["about"])["about"])
 
 
-@contextmanager
-def _open(file: Path) -> Iterator[Any]:
-    """Yields a file's arrays by name; whatever is wrong with it raises a ValueError naming it."""
+def _read(file: Path, names: Sequence[str]) -> dict[str, Any]:
     try:
-        with np.load(file, allow_pickle=False) as saved:
-            yield saved
-    except (*UNREADABLE, KeyError, ValueError) as error:
+        return npz.read(file, names)
+    except ValueError as error:
         raise ValueError(f"{file} is not a recorded trajectory: {error}") from error
+
+
+def _metadata(file: Path, text: Any) -> dict[str, Any]:
+    """Returns the metadata that are written in a file; ValueError where they are others."""
+    try:
+        found = json.loads(str(text))
+        wrong = [name for name, kind in METADATA.items() if not isinstance(found[name], kind)]
+        episode = {f.name for f in fields(Episode)} - found["episode"].keys()
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        reason = f"its metadata are damaged, {type(error).__name__}: {error}"
+        raise ValueError(f"{file} is not a recorded trajectory: {reason}") from error
+    if wrong or episode:
+        missing = [*wrong, *sorted(episode)][0]
+        raise ValueError(f"{file} is not a recorded trajectory: {missing!r} is wrong or missing")
+    return dict(found)
+
+
+def _check(file: Path, arrays: Mapping[str, Any]) -> None:
+    """Refuses arrays that are not those of one episode."""
+    shapes = {name: array.shape for name, array in arrays.items()}
+    try:
+        steps, boats, _ = shapes["action"]
+        features = shapes["observation"][2]
+        fits = shapes == {
+            "observation": (steps + 1, boats, features),
+            "action": (steps, boats, 2),
+            "reward": (steps, boats),
+            "motion": (steps + 1, 1 + boats, 6),
+            "working": (steps + 1, boats),
+            "goal": (steps + 1, 3),
+            "terminated": (),
+        }
+    except (ValueError, IndexError):
+        fits = False
+    kinds = {name: "b" if name in ("working", "terminated") else "f" for name in arrays}
+    if not fits or any(array.dtype.kind != kinds[name] for name, array in arrays.items()):
+        raise ValueError(
+            f"{file} is not a recorded trajectory: arrays of shapes {shapes} do not fit"
+        )
