@@ -122,8 +122,8 @@ class Simulation:
 
     @property
     def sensed(self) -> Sensed:
-        """What the boats know now, the input of every policy: read-only copies."""
-        return frozen(copied(self._sensed()))
+        """What the boats know now, the input of every policy: copies, for it to write to."""
+        return copied(self._sensed())
 
     @numpy_defaults
     def reset(

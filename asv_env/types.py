@@ -1,7 +1,7 @@
 """The records that flow between the modules, without logic.
 
-Records are values: a control tick makes new ones and leaves the old ones as they are. What leaves
-the simulation is read-only.
+Records are values: a control tick makes new ones and leaves the old ones as they are. The truth
+is read-only.
 
 Axes: ``W`` worlds, ``A`` boats, ``B = 1 + A`` bodies (row 0 is the vessel), ``K`` features.
 SI units; headings in radians, counter-clockwise from +x, wrapped to (-pi, pi].
@@ -82,7 +82,8 @@ class Sensed(Situation):
     """What the boats, and policies, know: one measurement and one estimate, shared by the team.
 
     Without noise both motions are the true one. The inherited fields are exact in every scenario:
-    slots and closure are decided by the true state. The arrays are read-only copies.
+    slots and closure are decided by the true state. Whoever receives it may write to its arrays:
+    they are copies.
     """
 
     measured: Float  #: (W, B, 6) the latest raw measurement, as ``State.motion``
