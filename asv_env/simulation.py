@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.checks import Whole
 from asv_env.geometry import plane, wrap, xy
 from asv_env.params import EnvParams
 from asv_env.physics import water
 from asv_env.physics.dynamics import Dynamics
 from asv_env.sensing import observation
 from asv_env.sensing.sensors import Sensors
-from asv_env.tasks import formation, metrics, reward, termination
+from asv_env.tasks import formation, initial_state, metrics, reward, termination
 from asv_env.tasks.formation import Relations, relate
 from asv_env.tasks.reward import Transition
 from asv_env.tasks.task import InitialStates, Task
@@ -38,6 +39,7 @@ from asv_env.types import (
 )
 
 WORLDS_PER_SPACE = 128  #: number of worlds that share a Pymunk Space by default
+MOST_WORLDS = 1_000_000  #: largest number of worlds
 SITUATION = tuple(f.name for f in fields(Situation))  #: names of what boats know exactly
 REMEMBERED = (
     *("_state", "_relations", "_ending", "_rngs", "_failure_tick", "_steps_over"),
@@ -74,20 +76,18 @@ class Simulation:
         worlds_per_space: int = WORLDS_PER_SPACE,
         initial_states: InitialStates | None = None,
     ) -> None:
-        for name, value in (("num_worlds", num_worlds), ("worlds_per_space", worlds_per_space)):
-            if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-                raise ValueError(f"{name} = {value!r}: must be a whole number of at least 1")
+        worlds = Whole(1, MOST_WORLDS)
         self.params = params
-        self.num_worlds = int(num_worlds)
-        self.worlds_per_space = int(worlds_per_space)
+        self.num_worlds = worlds.checked("num_worlds", num_worlds)
+        self.worlds_per_space = worlds.checked("worlds_per_space", worlds_per_space)
         self._task: Task = params.definition
         self._initial_states = initial_states or self._task.initial_states
         self._dynamics = Dynamics(params, self.num_worlds, self.worlds_per_space)
         self._sensors = Sensors(params, self.num_worlds)
         self._features = observation.features(params)
         self._rngs: dict[int, np.random.Generator] = {}
-        self._failure_tick = np.full((num_worlds, params.num_boats), metrics.NEVER)
-        self._steps_over = np.full(num_worlds, 2)
+        self._failure_tick = np.full((self.num_worlds, params.num_boats), metrics.NEVER)
+        self._steps_over = np.full(self.num_worlds, 2)
         self._roles_may_change = False
         self._make_records()
 
@@ -188,7 +188,8 @@ class Simulation:
         """Places one world of a state at the beginning of an episode, in place."""
         grasped = self._task.starts_grasped
         given = None if goal is None else goal.copy()
-        start = self._initial_states(self.params, self._rngs[world], given)
+        sampled = self._initial_states(self.params, self._rngs[world], given)
+        start = initial_state.checked(sampled, self.params)
         self._dynamics.place(world, start)
         self._failure_tick[world] = start.failure_tick
         self._relative_goal[world] = start.goal

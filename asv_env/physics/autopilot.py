@@ -16,6 +16,7 @@ from asv_env.types import Float
 FULL_SPEED = 0.2  #: forward speed of a full tracking action, m/s
 FULL_YAW_RATE = 1.2  #: yaw rate of a full tracking action, rad/s
 SCALE = np.array([FULL_SPEED, FULL_YAW_RATE])  #: motion of a full tracking action, m/s and rad/s
+SCALE.setflags(write=False)
 
 
 def bandwidth(boat: BoatParams) -> float:

@@ -144,8 +144,10 @@ def column_names(features: Features) -> tuple[str, ...]:
 
 @lru_cache(maxsize=32)
 def bounds(features: Features) -> Observation:
-    """Returns the largest magnitudes (K,) of the columns of features, float32."""
-    return np.array([bound for one in features for bound in one.bound], dtype=np.float32)
+    """Returns the largest magnitudes (K,) of the columns of features, float32, read-only."""
+    bound = np.array([bound for one in features for bound in one.bound], dtype=np.float32)
+    bound.setflags(write=False)
+    return bound
 
 
 NAMES = column_names(DEFAULT)  #: (K,) names of the columns of the default observation
@@ -183,4 +185,6 @@ def observe(
 @lru_cache(maxsize=32)
 def _per_scale(features: Features, length: float) -> Float:
     """Returns the factors (K,) on the columns for a vessel of this length, m."""
-    return 1.0 / np.array([scale or length for one in features for scale in one.scale])
+    factors: Float = 1.0 / np.array([scale or length for one in features for scale in one.scale])
+    factors.setflags(write=False)
+    return factors

@@ -54,7 +54,9 @@ def nearest_boats(view: View) -> Float:
 @lru_cache(maxsize=8)
 def _not_itself(team: int) -> Float:
     """Returns (A, A) infinity on the diagonal, so that no boat is its own neighbour."""
-    return np.where(np.eye(team, dtype=bool), np.inf, 0.0)
+    distance = np.where(np.eye(team, dtype=bool), np.inf, 0.0)
+    distance.setflags(write=False)
+    return distance
 
 
 def _smallest(values: Float, count: int) -> np.ndarray:
