@@ -41,19 +41,28 @@ MakePolicy = Callable[[EnvParams], Policy]
 
 
 def checked_action(action: Any, shape: tuple[int, ...]) -> Action:
-    """Returns an action as float32 of the shape (W, A, 2).
+    """Returns an action as float32 in [-1, 1] of the shape (W, A, 2), in memory of its own.
+
+    What lies outside is clipped; what is not finite becomes NaN.
 
     Raises:
         ValueError: another shape.
-        TypeError: not numbers.
+        TypeError: not real numbers, masked ones, or nothing that NumPy can read.
     """
+    kind = type(action).__name__
+    if isinstance(action, np.ma.MaskedArray) and np.ma.is_masked(action):
+        raise TypeError("action with masked numbers: fill them")
     try:
-        array = np.asarray(action, dtype=np.float32)
-    except (TypeError, ValueError) as error:
-        raise TypeError(f"action of type {type(action).__name__}: give numbers") from error
+        array = np.asarray(action)
+    except Exception as error:
+        raise TypeError(f"action of type {kind} cannot be read: {error}") from error
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"action of type {kind} and dtype {array.dtype}: give real numbers")
     if array.shape != shape:
         raise ValueError(f"action of shape {array.shape}: must be {shape}, as (worlds, boats, 2)")
-    return array
+    numbers = array.astype(np.float64)
+    numbers[~np.isfinite(array)] = np.nan
+    return np.clip(numbers, -1.0, 1.0).astype(np.float32)
 
 
 class Idle:

@@ -178,7 +178,7 @@ def test_models_of_other_kinds_take_part(tmp_path, kind):
         )
     model.save(tmp_path / "other.zip")
     params = make_params("push", time_limit=0.5)
-    made = find(tmp_path / "other.zip", trust_pickles=True).make(params)
+    made = find(tmp_path / "other.zip", trust_pickles=True).factory(params)
     (log,) = runner.run(lambda params: made, params, [0], 1, Label("other"), record=True)
     assert log.episode.error is None
     seen = log.trajectory.observation[0]

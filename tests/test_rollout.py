@@ -7,8 +7,8 @@ import pytest
 
 from asv_env import Simulation, make_params
 from baselines.policy import Idle, Random, checked_action
+from baselines.rollout.guard import Guard, PolicyError
 from baselines.rollout.loop import IDLE, rollout
-from baselines.rollout.runner import GuardedPolicy, PolicyError
 
 TICKS = 5
 """Length of an episode."""
@@ -85,7 +85,7 @@ def test_a_policy_that_raises_is_named_where_it_is_alone():
     policy = type("Policy", (), {"act": staticmethod(act)})
     for worlds in (1, 2):
         simulation = Simulation(make_params("push"), worlds)
-        guard = GuardedPolicy(policy)
+        guard = Guard(lambda _: policy, simulation.params)
         arguments = (simulation.sensed, simulation.reset(), None, np.ones(worlds, dtype=np.bool_))
         if worlds > 1:
             with pytest.raises(PolicyError):

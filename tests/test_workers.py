@@ -223,23 +223,63 @@ def stored(folder):
         return 0
 
 
-def test_a_worker_that_dies_is_noticed():
-    class Dies(Idle):
-        def act(self, sensed, observation, memory, fresh):
-            os.kill(os.getpid(), signal.SIGKILL)
+class Dies(Idle):
+    """Ends its process, as a crash of a library does."""
 
-    with pytest.raises(WorkerError, match=r"exit code SIGKILL\(-9\)"):
-        rows([job(Dies, range(4))], 2)
-    assert len(rows([job(Idle, range(4))], 2)) == 4
+    how = staticmethod(lambda: os.kill(os.getpid(), signal.SIGKILL))
+
+    def act(self, *arguments):
+        self.how()
 
 
-def test_what_fails_in_a_worker_is_told():
+class Exits(Dies):
+    how = staticmethod(lambda: os._exit(7))
+
+
+class Crashes(Dies):
+    how = staticmethod(lambda: os.kill(os.getpid(), signal.SIGSEGV))
+
+
+@pytest.mark.usefixtures("own_modules")
+@pytest.mark.parametrize(
+    ("policy", "message"),
+    [
+        (Dies, r"Dies, short, seeds 0 to 1: its process was killed \(SIGKILL\); if memory"),
+        (Exits, r"Exits, short, seeds 0 to 1: its process ended with exit code 7"),
+        (Crashes, r"Crashes, short, seeds 0 to 1: its process was ended by the signal SIGSEGV"),
+    ],
+)
+def test_the_policy_that_kills_its_worker_is_named_and_others_are_finished(policy, message):
+    found = []
+    running = workers.run([job(policy, range(4)), job(Idle, range(4))], 2)
+    with pytest.raises(WorkerError, match=message):
+        found.extend((key.policy, log.episode.seed) for key, log in running)
+    assert sorted(found) == [("Idle", seed) for seed in range(4)]
+
+
+def test_one_worker_is_a_process_of_its_own():
+    with pytest.raises(WorkerError, match="exit code 7"):
+        rows([job(Exits, range(1))], 1)
+
+
+def test_a_policy_that_cannot_be_sent_is_named():
+    class Locked(Idle):
+        lock = threading.Lock()
+
+    message = "Locked, short, seeds 0 to 3: the policy or the task cannot be sent .*lock.*workers 0"
+    with pytest.raises(WorkerError, match=message):
+        rows([job(Locked, range(4))], 2)
+    assert len(rows([job(Locked, range(4))], 0)) == 4
+
+
+def test_what_cannot_be_made_in_a_worker_fails_its_episodes():
     class Unmade(Idle):
         def __init__(self, params):
             raise ValueError("I only play approach")
 
-    with pytest.raises(WorkerError, match="I only play approach"):
-        rows([job(Unmade, range(4))], 2)
+    found = [row for _, row in rows([job(Unmade, range(4)), job(Idle, range(2))], 2)]
+    assert [row.error for row in found] == [None] * 2 + ["ValueError: I only play approach"] * 4
+    assert [row.error for _, row in rows([job(Unmade, range(4))], 0)] == [found[-1].error] * 4
 
 
 def test_workers_end_with_a_parent_that_is_killed(stuck):

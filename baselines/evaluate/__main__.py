@@ -1,6 +1,14 @@
 """``python -m baselines.evaluate``."""
 
-from baselines.evaluate import main
+import signal
+import sys
 
 if __name__ == "__main__":
-    main()
+    try:
+        from baselines.evaluate import main
+
+        main()
+    except KeyboardInterrupt:
+        sys.exit("\nstopped")
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # there is nothing left to stop

@@ -1,8 +1,9 @@
 """Comparisons from Python, for scripts and notebooks: ``compare`` and what it returns."""
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,15 +18,16 @@ from asv_env.files import write_text
 from asv_env.params import EnvParams
 from baselines.evaluate import suites
 from baselines.evaluate.conditions import CUSTOM, Condition, Suite
-from baselines.evaluate.policy_sources import PolicyLike, named
+from baselines.evaluate.policy_sources import PolicyLike, check_not_importing, named
 from baselines.evaluate.report import charts, document, svg
-from baselines.evaluate.request import REPLAYS, Request, check_least, collect, run
+from baselines.evaluate.request import MOST_EPISODES, REPLAYS, Request, check_whole, collect, run
 from baselines.evaluate.results import Results, frame, write_csv
 from baselines.evaluate.store import Store
 from baselines.evaluate.summary import MEASURES, summarise
 from baselines.evaluate.tables import descriptions, formats
 from baselines.evaluate.workers import WorkerError
 from baselines.rollout import film, trajectories
+from baselines.rollout.process_state import neutral, numerics
 
 
 class InputError(ValueError):
@@ -89,7 +91,12 @@ class Comparison:
         """
         policies = self.request.policies
         source = policies[choice("policy", policy or next(iter(policies)), policies)][0]
-        film.save(path, source.make, self._condition(condition).params, self.results.suite.seed)
+        film.save(
+            Path(path).expanduser(),
+            source.factory,
+            self._condition(condition).params,
+            self.results.suite.seed,
+        )
 
     def _condition(self, name: str | None) -> Condition:
         """Returns the condition of a name, the first one by default."""
@@ -102,7 +109,10 @@ class Comparison:
     def _repr_html_(self) -> str:
         """Returns the table of results as a notebook shows it."""
         shown = descriptions.results(self.summary)
-        return pd.DataFrame(shown.rows, columns=shown.titles).to_html(index=False)
+        whole = {"max_colwidth": None, "max_columns": None, "max_rows": None}
+        options = {f"display.{name}": value for name, value in whole.items()}
+        with pd.option_context({**options, "display.html.use_mathjax": False}):
+            return pd.DataFrame(shown.rows, columns=shown.titles).to_html(index=False, border=1)
 
 
 def compare(
@@ -132,7 +142,8 @@ def compare(
             same code are kept, and only missing ones are run. None keeps no files.
         task: task that replaces that of the suite: a name, "module:NAME" or a Task.
         workers: number of worker processes; None is one per core, 0 runs everything in the
-            current process, for a debugger. The results do not depend on it.
+            current process, for a debugger, which a policy may crash. The results do not depend on
+            it.
         num_envs: number of worlds that a process runs at once. The results do not depend on it.
         replays: number of episodes of each condition that the report can replay, the first ones;
             up to as many failed episodes are added.
@@ -149,16 +160,18 @@ def compare(
         InputError: a policy, a suite, a number or a folder that cannot be used.
         StoppedError: a worker died, or the disk is full.
     """
-    with TemporaryDirectory(prefix="asv-env-") as scratch:
+    with refusing():
+        check_not_importing()
+        if record and out is None:
+            raise ValueError("record=True: trajectories need a folder (out=...)")
+        scratch = TemporaryDirectory(prefix="asv-env-") if out is None else nullcontext(out)
+    with neutral(), numerics(), scratch as folder:
         with refusing():
-            if record and out is None:
-                raise ValueError("record=True: trajectories need a folder (out=...)")
-            chosen, folder = _suite(suite, episodes, task), Path(scratch if out is None else out)
+            chosen, sources = _suite(suite, episodes, task), named(policies, trust_pickles)
             workers = joblib.cpu_count() if workers is None else workers
             replays = REPLAYS // len(chosen.conditions) if replays is None else replays
-            sources = named(policies, trust_pickles)
             request = Request(
-                chosen, sources, folder, workers, num_envs, replays, record, overwrite
+                chosen, sources, _folder(folder), workers, num_envs, replays, record, overwrite
             )
             store = Store(request.out, request.provenance, request.fingerprints, overwrite)
             for policy in store.dropped:
@@ -186,6 +199,13 @@ def refusing() -> Iterator[None]:
         raise InputError(str(error)) from error
 
 
+def _folder(given: str | Path) -> Path:
+    """Returns the absolute path of an output folder: a policy may change the current folder."""
+    if not os.fspath(given):
+        raise ValueError("out='': name a folder")
+    return Path(given).expanduser().absolute()
+
+
 def _suite(given: Any, episodes: int | None, task: Any) -> Suite:
     """Returns the suite with as many episodes and the task that were asked for."""
     suite = suites.find(given)
@@ -193,12 +213,12 @@ def _suite(given: Any, episodes: int | None, task: Any) -> Suite:
         suite = suite.with_task(task)
     if episodes is None:
         return suite
-    check_least("episodes", episodes, 1)
+    check_whole("episodes", episodes, 1, MOST_EPISODES)
     if episodes > suite.episodes and suite.name != CUSTOM:
         raise ValueError(
             f"episodes={episodes}: {suite.name} has {suite.episodes} of each condition"
         )
-    return suite.first(episodes)
+    return suite.first(int(episodes))
 
 
 def _comparison(request: Request, store: Store) -> Comparison:

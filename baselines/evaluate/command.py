@@ -1,25 +1,26 @@
-"""The command line: ``python -m baselines.evaluate``."""
+"""The command line: ``python -m baselines.evaluate``.
+
+What takes long to import is imported when it is needed, so that ``--help`` comes at once.
+"""
 
 import re
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
 
 import tyro
 
-from asv_env.checks import choice
-from asv_env.render import video
-from baselines.evaluate.api import InputError, StoppedError, compare, refusing
-from baselines.evaluate.conditions import Suite
-from baselines.evaluate.policy_sources import is_file
-from baselines.evaluate.report import rendering
-from baselines.evaluate.request import FILES
-from baselines.evaluate.suites import SUITES, sweep
-from baselines.paper.paper_numbers import PAPER_GOAL
+from baselines.rollout.commands import LONGEST, Terminated, say, steady
+from baselines.rollout.error_text import described, one_line
+
+if TYPE_CHECKING:
+    from baselines.evaluate.conditions import Suite
 
 PROGRAM = "python -m baselines.evaluate"
 SWEEP = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")  #: what a suite settles
+LONG = 80  #: number of characters at which the name of the default folder is cut
 PASSED = ("workers", "num_envs", "replays", "record", "overwrite", "trust_pickles")
 """Options that are arguments of ``compare`` as they are."""
 
@@ -58,7 +59,7 @@ class Options:
     """number of processes, by default one a core; 0 runs everything in this one, for a debugger.
     It changes no number"""
     num_envs: int = 64  # number of worlds side by side in a process. It changes no number
-    out: Path | None = None  # folder of the run; by default below runs
+    out: str | None = None  # folder of the run; by default below runs
     replays: int | None = None
     """number of first episodes of each condition that can be watched in the report; where policies
     fail, up to as many again. By default 180, shared by the conditions"""
@@ -66,8 +67,11 @@ class Options:
     video: Path | None = None  # film the first episode: .gif or .mp4
     overwrite: bool = False  # replace what is in the way
 
-    def chosen_suite(self) -> Suite:
+    def chosen_suite(self) -> "Suite":
         """Returns the suite or the sweep that is asked for, by options that go together."""
+        from baselines.evaluate.suites import SUITES, sweep
+        from baselines.paper.paper_numbers import PAPER_GOAL
+
         if self.suite is not None:
             settled = [name for name in SWEEP if getattr(self, name) != getattr(Options, name)]
             if settled or len(self.task) > 1:
@@ -89,6 +93,8 @@ class Options:
 
     def named_policies(self) -> dict[str, list[str]]:
         """Returns the words of ``policies`` by the names of the policies."""
+        from baselines.evaluate.policy_sources import is_file
+
         found: dict[str, list[str]] = {}
         for word in self.policies:
             name, equals, rest = word.partition("=")
@@ -109,49 +115,78 @@ class Options:
 
     def check_video(self) -> None:
         """Refuses a film of an unknown kind, or one that would replace a file."""
+        from asv_env.checks import choice
+        from asv_env.render import video
+
         if self.video is None:
             return
         choice("kind of video", self.video.suffix.lower(), video.SUFFIXES)
         if self.video.exists() and not self.overwrite:
             raise FileExistsError(f"{self.video} exists: name another file, or use --overwrite")
+        if self.video.is_dir() or not self.video.expanduser().parent.is_dir():
+            raise ValueError(f"--video {self.video}: name a file in a folder that exists")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Compares policies as a command line says; exits with a message where something is wrong."""
+    try:
+        with steady():
+            _main(arguments)
+    except KeyboardInterrupt as error:
+        stopped("stopped by SIGTERM" if isinstance(error, Terminated) else "stopped")
+
+
+def _main(arguments: Sequence[str] | None) -> None:
     options = tyro.cli(
         Options, args=arguments, prog=PROGRAM, config=(tyro.conf.FlagCreatePairsOff,)
     )
+    from baselines.evaluate.api import InputError, StoppedError, compare, refusing
+    from baselines.evaluate.report import rendering
+    from baselines.evaluate.request import FILES
+
     try:
         with refusing():
             suite, policies = options.chosen_suite(), options.named_policies()
             options.check_video()
-        out = options.out or Path("runs") / folder_name(suite)
+        out = str(Path("runs") / folder_name(suite)) if options.out is None else options.out
         passed = {name: getattr(options, name) for name in PASSED}
         comparison = compare(policies, suite, options.episodes, out, **passed)
     except InputError as error:
-        print(f"{PROGRAM}: error: {as_flags(str(error))}", file=sys.stderr)
+        if sys.stderr is not None:
+            message = one_line(as_flags(str(error)), LONGEST)
+            print(f"{PROGRAM}: error: {message}", file=sys.stderr)
         sys.exit(2)
-    except (KeyboardInterrupt, StoppedError) as error:
-        reason = "stopped" if isinstance(error, KeyboardInterrupt) else str(error)
-        sys.exit(f"\n{reason}\nFinished episodes are kept: give the same command to continue.")
-    print(comparison)
+    except StoppedError as error:
+        stopped(str(error))
+    say(comparison)
     for line in rendering.broken(comparison.results):
-        print(f"policy error: {line}")
-    print(f"Results: {', '.join(str(out / name) for name in FILES)}")
+        say(f"policy error: {line}")
+    say(f"Results: {', '.join(str(Path(out) / name) for name in FILES)}")
     if options.video is not None:
         try:
             comparison.film(options.video)
-        except Exception as error:  # of a policy or a codec: everything else is saved by now
-            sys.exit(f"{options.video}: no film, {type(error).__name__}: {error}")
-        print(f"Video: {options.video}")
+        except Exception as error:  # of a codec: everything else is saved by now
+            sys.exit(f"{options.video}: no film, {described(error)}")
+        say(f"Video: {options.video}")
 
 
-def folder_name(suite: Suite) -> str:
+def stopped(reason: str) -> NoReturn:
+    """Exits where an evaluation could not be finished."""
+    sys.exit(f"\n{reason}\nFinished episodes are kept: give the same command to continue.")
+
+
+def folder_name(suite: "Suite") -> str:
     """Returns the name of the default folder, the same for the same set of episodes."""
+    from baselines.evaluate.suites import SUITES
+
     if suite.name in SUITES:
-        return suite.name if suite.task == "transport" else f"{suite.name}-{suite.task}"
-    scenarios = dict.fromkeys(condition.scenario_name for condition in suite.conditions)
-    return "-".join([suite.task, *scenarios, suite.digest()[:6]])
+        name = suite.name if suite.task == "transport" else f"{suite.name}-{suite.task}"
+    else:
+        scenarios = dict.fromkeys(condition.scenario_name for condition in suite.conditions)
+        name = "-".join([suite.task, *scenarios, suite.digest()[:6]])
+    return re.sub(
+        r"[^\w.+-]", "_", name if len(name) <= LONG else f"{name[:LONG]}-{suite.digest()}"
+    )
 
 
 def as_flags(message: str) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.tasks import starts
+from baselines.evaluate.names import check_distinct, check_name
 
 EPISODES = 2000  #: episodes of a condition that carries a comparison
 IN_DIGEST = 3  #: number of episodes of a condition whose initial states go into the digest
@@ -70,13 +71,21 @@ class Condition:
 
 @dataclass(frozen=True)
 class Suite:
-    """A set of episodes."""
+    """A set of episodes.
+
+    Raises ValueError for names that cannot be names of folders, or that are not distinct.
+    """
 
     name: str  #: with its version, such as "plane-v1"
     about: str  #: purpose, in a sentence
     conditions: tuple[Condition, ...]  #: one or more, their names unique
     seed: int = 0  #: first seed of every condition
     episodes: int = EPISODES  #: number of episodes of every condition
+
+    def __post_init__(self) -> None:
+        for kind, name in (("suite", self.name), *(("condition", c.name) for c in self.conditions)):
+            check_name(kind, name)
+        check_distinct("conditions", [condition.name for condition in self.conditions])
 
     def with_task(self, task: Any) -> Self:
         """Returns the suite with another task, unless a condition has complete parameters."""

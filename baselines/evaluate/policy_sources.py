@@ -4,10 +4,11 @@ import hashlib
 import inspect
 import linecache
 import pickle
-import re
 import sys
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
 from functools import partial
 from pathlib import Path
@@ -17,17 +18,23 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
-from baselines.evaluate.conditions import Suite
+from baselines.evaluate.conditions import Condition, Suite
+from baselines.evaluate.names import check_distinct, check_policy_name
 from baselines.learned import policy_file
 from baselines.learned.sb3_policy import Sb3Policy
-from baselines.policy import POLICIES, MakePolicy, Policy, checked_action
+from baselines.policy import POLICIES, MakePolicy
 from baselines.rollout import provenance
+from baselines.rollout.error_text import described
+from baselines.rollout.guard import decision
+from baselines.rollout.loop import read_only
+from baselines.rollout.process_state import numerics, restored
 
 EXPORTED = policy_file.SUFFIX  #: ending of the names of policy files
 SB3 = ".zip"  #: ending of the names of models that stable-baselines3 has saved
 SB3_NEEDS = ("stable-baselines3", "torch")
 PACKAGES = ("asv_env", "baselines")  #: packages whose code ``provenance.code`` covers
-NAME = re.compile(r"[A-Za-z0-9][\w.+-]*")  #: names of policies, which also name folders
+LONGEST = 500  #: largest number of characters of an error of a policy that is refused
+_IMPORTING: ContextVar[bool] = ContextVar("importing", default=False)
 PolicyLike = str | Path | MakePolicy | Sequence[str | Path | MakePolicy]
 """A policy as ``find`` takes it, or several trainings of one."""
 
@@ -44,21 +51,31 @@ class PolicySource:
     file: Path | None = None  #: where it is stored or defined; None in this package or a notebook
     identity: str = ""  #: part of the fingerprint that does not depend on the file
 
-    def make(self, params: EnvParams) -> Policy:
-        """Returns the policy for an environment, or raises ValueError where it does not fit it."""
-        try:
-            return self.factory(params)
-        except (ValueError, ImportError, OSError):
-            raise
-        except Exception as error:
-            raise ValueError(f"{self.word}: {type(error).__name__}: {error}") from error
-
     def fingerprint(self) -> str:
         """Returns a digest of the policy; the name of a scripted policy of this package.
 
         A class is covered by the file in which it is written, not by what that imports.
         """
         return fingerprint(self.file, self.identity)
+
+
+@contextmanager
+def importing() -> Iterator[None]:
+    """Marks that modules of policies are imported, which must not begin an evaluation."""
+    mark = _IMPORTING.set(True)
+    try:
+        yield
+    finally:
+        _IMPORTING.reset(mark)
+
+
+def check_not_importing() -> None:
+    """Refuses an evaluation that begins while the module of a policy is imported."""
+    if _IMPORTING.get():
+        raise ValueError(
+            "a module that holds a policy begins an evaluation while it is imported: put the call "
+            'below `if __name__ == "__main__":`'
+        )
 
 
 def is_file(word: str) -> bool:
@@ -82,16 +99,16 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
         return _written(getattr(given, "__name__", type(given).__name__), given)
     if not isinstance(given, str | Path):
         raise TypeError(f"{given!r} is not a policy: give a name, a path, a class or a function")
-    word, path = str(given), Path(given)
+    word, path = str(given), Path(given).expanduser().absolute()
     if word in POLICIES and not is_own(POLICIES[word]):
         identity = policy_file.fingerprint() if word == "learned" else word
         return PolicySource(word, POLICIES[word], None, identity)
     if is_file(word) and word not in POLICIES:
         return _stored(word, path, trust_pickles)
-    try:
+    if word not in POLICIES and path.is_dir():
+        raise ValueError(f"{word} is a folder: give a policy file or a model in it")
+    with importing():
         return _written(word, POLICIES.find(word))
-    except SyntaxError as error:
-        raise ValueError(f"{word}: {error}") from error
 
 
 def _stored(word: str, path: Path, trust_pickles: bool) -> PolicySource:
@@ -131,58 +148,78 @@ def named(
         several = isinstance(given, Sequence) and not isinstance(given, str)
         trainings: list[Any] = list(cast(Any, given)) if several else [given]
         registered = any(isinstance(each, str) and each in POLICIES for each in trainings)
-        if not isinstance(name, str) or not NAME.fullmatch(name):
-            raise ValueError(
-                f"policies: {name!r} cannot be a name; begin with a letter or a digit and use "
-                "these, dots, plus, minus and underscores"
-            )
+        check_policy_name(name)
         if not trainings or (registered and len(trainings) > 1):
             raise ValueError(
                 f"policies: {name}={','.join(map(str, trainings))}: several trainings of one "
                 "policy are files or classes of their own; different policies need a name each"
             )
         found[name] = tuple(find(training, trust_pickles) for training in trainings)
+    check_distinct("policies", found)
     return found
 
 
 def check_fit(policies: Mapping[str, Sequence[PolicySource]], suite: Suite) -> None:
     """Makes every policy for every condition and lets it decide once.
 
+    One that cannot be made for some conditions, or raises, fails its episodes there.
+
     Raises:
-        ValueError, TypeError: it cannot be made, or does not act as ``Policy`` says.
+        ValueError: it can be made for no condition, or does not act as ``Policy`` says.
     """
     for name, trainings in policies.items():
         for source in trainings:
-            for condition in suite.conditions:
-                try:
-                    _check_decision(source, condition.params, suite.seed)
-                except ValueError as error:
-                    message = f"{name} in condition {condition.name!r}: {error}"
-                    raise ValueError(message) from error
+            with restored(), numerics():
+                wrong = [_wrong(name, source, each, suite.seed) for each in suite.conditions]
+            if all(wrong):
+                raise ValueError(wrong[0])
 
 
-def _check_decision(source: PolicySource, params: EnvParams, seed: int) -> None:
-    policy: Any = source.make(params)
-    if not hasattr(policy, "act"):
-        raise ValueError(f"{source.word} is not a policy: it has no method act")
+def _wrong(name: str, source: PolicySource, condition: Condition, seed: int) -> str:
+    """Returns why a policy cannot be made for a condition, "" if it can.
+
+    Raises:
+        ValueError: it can, and does not act as ``Policy`` says.
+    """
+    place = f"{name} in condition {condition.name!r}: "
+    try:
+        policy = source.factory(condition.params)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        return f"{place}{source.word}: {described(error, LONGEST)}"
+    try:
+        _check_decision(policy, condition.params, seed)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise ValueError(f"{place}{source.word}: {described(error, LONGEST)}") from error
+    return ""
+
+
+def _check_decision(policy: Any, params: EnvParams, seed: int) -> None:
+    """Refuses what has no method ``act`` of the right form, or returns something else by it."""
+    if not callable(getattr(policy, "act", None)):
+        raise TypeError("not a policy: it has no method act")
     simulation = Simulation(params)
     observation = simulation.reset(seeds=[seed])
-    arguments = (simulation.sensed, observation, None, np.ones(1, dtype=np.bool_))
+    arguments = (read_only(simulation.sensed), observation, None, np.ones(1, dtype=np.bool_))
     try:
-        inspect.signature(policy.act).bind(*arguments)
+        signature = inspect.signature(policy.act)
+    except ValueError:  # of compiled code
+        signature = None
+    try:
+        if signature is not None:
+            signature.bind(*arguments)
     except TypeError as error:
-        raise ValueError(
-            f"{source.word}: act must take (sensed, observation, memory, fresh): {error}"
-        ) from error
+        raise TypeError(f"act must take (sensed, observation, memory, fresh): {error}") from error
     try:
         decided = policy.act(*arguments)
-    except Exception:
+    except KeyboardInterrupt:
+        raise
+    except BaseException:
         return  # It fails its episodes, one by one, and each is named.
-    if not (isinstance(decided, tuple) and len(decided) == 2):
-        raise ValueError(
-            f"{source.word}: act returned {type(decided).__name__}: return (action, memory)"
-        )
-    checked_action(decided[0], (1, params.num_boats, 2))
+    decision(decided, (1, params.num_boats, 2))
 
 
 def digest(data: bytes) -> str:

@@ -1,9 +1,11 @@
 """What is to be compared: checked before anything is replaced, then run episode by episode."""
 
+import os
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +32,9 @@ from baselines.rollout.episodes import Label
 FILES = ("episodes.csv", "summary.json", *document.FILES)  #: what a comparison leaves in its folder
 LIBRARIES = ("numpy", "scipy", "pymunk")
 REPLAYS = 180  #: replayed episodes of a report, without those that are added where policies fail
-LEAST = {"workers": 0, "num_envs": 1, "replays": 0}
+MOST_EPISODES = 1_000_000  #: largest number of episodes of a condition
+LIMITS = {"workers": (0, 1024), "num_envs": (1, MOST_EPISODES), "replays": (0, MOST_EPISODES)}
+"""Least and largest values of arguments."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +56,12 @@ class Request:
     overwrite: bool = False
 
     def __post_init__(self) -> None:
-        for name, least in LEAST.items():
-            check_least(name, getattr(self, name), least)
+        for name, limits in LIMITS.items():
+            check_whole(name, getattr(self, name), *limits)
+        check_whole("episodes", self.suite.episodes, 1, MOST_EPISODES)
+        if os.path.lexists(self.out) and not self.out.is_dir():
+            raise FileExistsError(f"{self.out} is no folder: choose another one (out=...)")
         check_fit(self.policies, self.suite)
-        if self.out.exists() and not self.out.is_dir():
-            raise FileExistsError(f"{self.out} is a file: choose another folder (out=...)")
         present = [name for name in FILES if (self.out / name).exists()]
         if present and not (self.out / STORE).exists() and not self.overwrite:
             raise FileExistsError(
@@ -91,10 +96,12 @@ class Request:
                     yield RunKey(condition.name, policy, number), condition
 
 
-def check_least(name: str, value: int, least: int) -> None:
-    """Refuses a number that is not whole or below the least that it may be."""
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise ValueError(f"{name}={value}: must be a whole number of at least {least}")
+def check_whole(name: str, value: Any, least: int, most: int) -> None:
+    """Refuses what is not a whole number between two others."""
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not whole or not least <= value <= most:
+        reach = f"at least {least}" if whole and value < least else f"{least} to {most}"
+        raise ValueError(f"{name}={value}: must be a whole number, {reach}")
 
 
 def run(request: Request, store: Store, progress: bool) -> None:
@@ -102,7 +109,7 @@ def run(request: Request, store: Store, progress: bool) -> None:
     jobs = [_job(request, store, *each) for each in request.runs()]
     total = len(jobs) * request.suite.episodes
     done = total - sum(len(job.seeds) for job in jobs)
-    shown: dict[str, Any] = {"unit": "episode", "file": sys.stderr, "disable": not progress}
+    shown: dict[str, Any] = {"unit": "episode", "disable": not progress or sys.stderr is None}
     with tqdm(total=total, initial=done, **shown) as bar:
         for key, log in workers.run([job for job in jobs if job.seeds], request.workers):
             store.add(key, log)

@@ -137,9 +137,6 @@ def find(given: str | Suite | Condition | EnvParams | Sequence[Condition]) -> Su
     conditions = (given,) if isinstance(given, Condition) else tuple(given)
     if not conditions or not all(isinstance(one, Condition) for one in conditions):
         raise TypeError(f"suite={given!r}: give a name, a Suite, Conditions or EnvParams")
-    names = [condition.name for condition in conditions]
-    if len(set(names)) < len(names):
-        raise ValueError(f"suite={', '.join(names)}: give each condition a name of its own")
     return Suite(CUSTOM, "Conditions given from Python.", conditions, episodes=100)
 
 
@@ -165,7 +162,7 @@ def sweep(
             raise ValueError(f"{name}={' '.join(map(str, values))}: name each once")
     if seed < 0:
         raise ValueError(f"seed={seed}: must be at least 0")
-    if seed + episodes >= seeds.TRAINING.stop:
+    if seed >= seeds.TRAINING.stop:
         raise ValueError(f"seed={seed}: must lie below {seeds.TRAINING.stop}")
     options: dict[str, Any] = {} if goal is None else {"goal": goal}
     conditions = []

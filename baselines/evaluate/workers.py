@@ -1,39 +1,51 @@
-"""Runs episodes in several processes, by joblib.
+"""Runs episodes in several processes.
 
-joblib starts the processes (its backend is loky), gives each of them one thread, and sends them
-policies and parameters as objects, so that classes and tasks of a notebook reach them. Within
+loky, a part of joblib, starts the processes. Each of them has one thread, and gets policies and
+parameters as objects, so that classes and tasks of a notebook reach them. Within
 ``joblib.parallel_config("dask")`` the same jobs run on a Dask cluster.
 
-What joblib does not do is done here. joblib returns a task as a whole, so a task is a batch of
-episodes that all begin together, and a killed run loses only these. Workers end with the process
-that started them, even if it was killed, and leave Ctrl-C to it. They also end with the comparison:
-those of the next one import modules as they are then. A single worker is this process itself.
+What is sent is a batch of episodes that all begin together, and a killed run loses only these.
+Workers end with the process that started them, even if it was killed, and leave Ctrl-C to it. They
+also end with the comparison: those of the next one import modules as they are then. When one dies,
+the batches that were running are run again one by one, which finds the policy that is to blame; all
+others are finished.
 """
 
+import multiprocessing
 import os
 import re
 import signal
 import threading
 import time
 import traceback
+from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
-from joblib import Parallel, delayed, effective_n_jobs, parallel_config
-from joblib.externals.loky import get_reusable_executor
-from joblib.externals.loky.process_executor import BrokenProcessPool
+import cloudpickle
+from joblib import Parallel, delayed, effective_n_jobs
+from joblib.externals.loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
 from joblib.parallel import LokyBackend, get_active_backend
 
 from asv_env.params import EnvParams
-from baselines.evaluate.policy_sources import PolicySource
+from baselines.evaluate.policy_sources import PolicySource, importing
 from baselines.evaluate.store import RunKey
 from baselines.rollout import runner, trajectories
 from baselines.rollout.episodes import Label, PoseLog
+from baselines.rollout.error_text import described, one_line
+from baselines.rollout.process_state import neutral, restored
 
 POLL = 0.5  #: time between two looks of a worker at whether its parent is alive, s
 WATCH = "watch of the parent"  #: name of the thread that looks
+LONGEST = 500  #: largest number of characters of an error of a worker
+KILLED = "SIGKILL"  #: the signal that ends a process when memory runs out
+
+Batch = tuple[list[PoseLog], str]
+"""Result of a batch: its logs, and what was wrong, "" nothing."""
 
 
 class WorkerError(RuntimeError):
@@ -57,7 +69,7 @@ class Job:
         """Yields logs as the episodes end, trajectories saved; ValueError if the policy changed."""
         if self.source.fingerprint() != self.fingerprint:
             raise ValueError(f"{self.source.word} has changed since the run began: start it again")
-        run = (self.source.make, self.params, self.seeds, self.num_envs, self.label)
+        run = (self.source.factory, self.params, self.seeds, self.num_envs, self.label)
         for log in runner.run(*run, self.record is not None):
             if self.record is not None:
                 trajectories.save(self.record, log, self.params)
@@ -69,68 +81,179 @@ class Job:
         for first in range(0, len(self.seeds), size):
             yield replace(self, seeds=self.seeds[first : first + size])
 
+    def packed(self) -> bytes:
+        """Returns the job as it is sent to a worker.
+
+        Raises:
+            WorkerError: its policy or its task cannot be sent.
+        """
+        try:
+            return bytes(cloudpickle.dumps(self))
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            raise WorkerError(
+                f"{self}: the policy or the task cannot be sent to another process "
+                f"({described(error)}): use --workers 0, which runs it in this one"
+            ) from error
+
+    def __str__(self) -> str:
+        first, last = self.seeds[0], self.seeds[-1]
+        seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
+        return f"{self.key.policy}, {self.key.condition}, {seeds}"
+
 
 def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
     """Begins jobs in their order; yields episodes as they, or their batches, end.
 
-    Without workers everything runs in this process, as a debugger wants it. An active joblib
-    backend other than loky decides for itself how many there are.
+    Without workers everything runs in this process, as a debugger wants it; so it does where this
+    process may not start others, or joblib runs it in threads. An active joblib backend other than
+    loky decides for itself how many workers there are.
 
     Raises:
-        WorkerError: a worker has failed or was killed.
+        WorkerError: a worker has failed or was killed; all others have done their work.
     """
-    if workers == 0:
+    backend, _ = get_active_backend()
+    in_threads = getattr(backend, "uses_threads", False)
+    if workers == 0 or in_threads or multiprocessing.current_process().daemon:
         yield from _run_here(jobs)
         return
-    try:
-        yield from _run(jobs, workers)
-    except BrokenProcessPool as error:
-        codes = ", ".join(re.findall(r"\w+\(-?\d+\)", str(error))) or "unknown"
-        raise WorkerError(
-            f"a worker ended with exit code {codes}; if memory ran out, use smaller --num-envs "
-            "or --workers"
-        ) from error
-    except Exception as error:
-        text = "".join(traceback.format_exception(error))
-        raise WorkerError(f"a worker failed:\n{text}") from error
+    local = isinstance(backend, LokyBackend)
+    batches = [b for job in jobs for b in job.batches(workers if local else effective_n_jobs())]
+    packed = [job.packed() for job in jobs]
+    yield from _run_local(deque(batches), workers, packed) if local else _run_elsewhere(batches)
 
 
 def _run_here(jobs: Sequence[Job]) -> Iterator[tuple[RunKey, PoseLog]]:
     for job in jobs:
-        for log in job.run():
-            yield job.key, log
+        with restored():
+            for log in job.run():
+                yield job.key, log
 
 
-def _run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
-    backend, _ = get_active_backend()
-    local = isinstance(backend, LokyBackend)
-    workers = workers if local else effective_n_jobs()
-    batches = [batch for job in jobs for batch in job.batches(workers)]
-    if local and min(workers, len(batches)) <= 1:
-        yield from _run_here(jobs)
-        return
-    tasks = [delayed(_run_batch)(batch, os.getpid()) for batch in batches]
+def _run_elsewhere(batches: Sequence[Job]) -> Iterator[tuple[RunKey, PoseLog]]:
+    """Yields the episodes of batches that run where joblib decides."""
+    tasks = [delayed(_run_numbered)(k, b.packed(), os.getpid()) for k, b in enumerate(batches)]
     options = {"return_as": "generator_unordered", "batch_size": 1, "max_nbytes": None}
-    if local:
-        with parallel_config("loky", inner_max_num_threads=1):
-            pool = Parallel(n_jobs=min(workers, len(tasks)), **options)
-    else:
-        pool = Parallel(**options)
-    for key, logs in pool(tasks):
-        for log in logs:
-            yield key, log
-    if local:  # joblib itself ends the workers of a run that is broken off
-        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
+    for number, done in Parallel(**options)(tasks):
+        yield from _logs(batches[number], done)
 
 
-def _run_batch(job: Job, parent: int) -> tuple[RunKey, list[PoseLog]]:
+def _run_local(
+    waiting: deque[Job], workers: int, packed: Sequence[bytes]
+) -> Iterator[tuple[RunKey, PoseLog]]:
+    """Yields the episodes of batches; a run of which a batch kills its worker is left out."""
+    dead: dict[RunKey, str] = {}
+    while waiting:
+        running: dict[Future[Batch], Job] = {}
+        try:
+            yield from _in_pool(waiting, running, workers, packed)
+        except BrokenProcessPool as broken:
+            if not running:
+                raise WorkerError(f"no worker process can be started: {_death(broken)}") from broken
+            for suspect in running.values():
+                try:
+                    yield from _in_pool(deque([suspect]), {}, 1, packed)
+                except BrokenProcessPool as error:
+                    dead.setdefault(suspect.key, f"{suspect}: its process {_death(error)}")
+            waiting = deque(batch for batch in waiting if batch.key not in dead)
+    if dead:
+        raise WorkerError("\n".join(dead.values()))
+
+
+def _in_pool(
+    waiting: deque[Job], running: dict[Future[Batch], Job], workers: int, packed: Sequence[bytes]
+) -> Iterator[tuple[RunKey, PoseLog]]:
+    """Yields the episodes of batches that run in processes of their own.
+
+    Those that have begun are moved from ``waiting`` to ``running`` until they are done. Every
+    process imports the modules of all jobs (``packed``) first, as this one has done, so that no
+    policy depends on which others have run in its process.
+    """
+    threads = dict.fromkeys(LokyBackend.MAX_NUM_THREADS_VARS, "1")
+    number = min(workers, len(waiting))
+    pool = ProcessPoolExecutor(number, initializer=_load, initargs=(packed,), env=threads)
+    try:
+        while waiting or running:
+            while waiting and len(running) < workers:
+                with _without_ctrl_c():  # as processes are started, which inherit it
+                    begun = pool.submit(_run_batch, waiting[0].packed(), os.getpid())
+                running[begun] = waiting.popleft()
+            broken = None
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                error = future.exception()
+                if isinstance(error, BrokenProcessPool):
+                    broken = error
+                else:
+                    yield from _logs(running.pop(future), future.result())
+            if broken:
+                raise broken
+    finally:
+        pool.shutdown(wait=True, kill_workers=True)
+
+
+def _logs(batch: Job, done: Batch) -> Iterator[tuple[RunKey, PoseLog]]:
+    logs, wrong = done
+    for log in logs:
+        yield batch.key, log
+    if wrong:
+        raise WorkerError(f"{batch}: {wrong}")
+
+
+@contextmanager
+def _without_ctrl_c() -> Iterator[None]:
+    """Keeps Ctrl-C from processes that this thread starts; the main thread hears it later."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _death(error: BaseException) -> str:
+    """Returns how a worker died."""
+    found = re.search(r"\b(\w+)\((-?\d+)\)", str(error))
+    if found is None:
+        return f"has failed: {described(error)}"
+    name, code = found.groups()
+    if name == KILLED:
+        return f"was killed ({name}); if memory has run out, use smaller --num-envs or --workers"
+    return f"was ended by the signal {name}" if int(code) < 0 else f"ended with exit code {code}"
+
+
+def _load(packed: Sequence[bytes]) -> None:
+    """Imports the modules of all jobs; the batches report what is wrong with them."""
+    with importing():
+        for job in packed:
+            with suppress(BaseException):
+                cloudpickle.loads(job)
+
+
+def _run_numbered(number: int, packed: bytes, parent: int) -> tuple[int, Batch]:
+    return number, _run_batch(packed, parent)
+
+
+def _run_batch(packed: bytes, parent: int) -> Batch:
     """Runs a batch; a worker of the process ``parent`` leaves Ctrl-C to it, and ends with it."""
     if os.getppid() == parent:
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         if WATCH not in {thread.name for thread in threading.enumerate()}:
             threading.Thread(target=_watch, args=(parent,), name=WATCH, daemon=True).start()
-    return job.key, list(job.run())
+    logs: list[PoseLog] = []
+    try:
+        with importing():
+            job: Any = cloudpickle.loads(packed)
+        with neutral(), restored():
+            logs.extend(job.run())
+    except (ValueError, OSError, ImportError) as error:
+        return logs, one_line(str(error), LONGEST)
+    except BaseException as error:
+        return logs, "".join(traceback.format_exception(error))
+    return logs, ""
 
 
 def _watch(parent: int) -> None:

@@ -1,5 +1,6 @@
 """Commands that end with a message instead of a traceback where something is wrong."""
 
+import os
 import signal
 import sys
 import threading
@@ -7,33 +8,39 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
 import tyro
 
-FLOATS: dict[str, Any] = {**dict.fromkeys(("divide", "over", "invalid"), "warn"), "under": "ignore"}
-"""What NumPy does about errors of numbers when a program begins."""
+from baselines.rollout.error_text import one_line
+from baselines.rollout.process_state import numerics
+
+LONGEST = 1000  #: largest number of characters of a line of a message
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM was received, which ends a command as Ctrl-C does."""
 
 
 @contextmanager
 def steady() -> Iterator[None]:
     """Runs a block as a command of its own, also within another program.
 
-    NumPy treats errors of numbers as when a program begins, and a process that is asked to
-    terminate stops as by Ctrl-C. Of signals only the main thread hears.
+    NumPy treats errors of numbers as when a program begins, and SIGTERM raises ``Terminated``,
+    unless the program handles it. Of signals only the main thread hears.
     """
-    with np.errstate(**FLOATS):
-        if threading.current_thread() is not threading.main_thread():
+    with numerics():
+        main = threading.current_thread() is threading.main_thread()
+        if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
             yield
             return
-        before = signal.signal(signal.SIGTERM, _interrupt)
+        before = signal.signal(signal.SIGTERM, _terminate)
         try:
             yield
         finally:
-            signal.signal(signal.SIGTERM, before if before is not None else signal.SIG_DFL)
+            signal.signal(signal.SIGTERM, before)
 
 
-def _interrupt(*_: Any) -> None:
-    raise KeyboardInterrupt
+def _terminate(*_: Any) -> None:
+    raise Terminated
 
 
 def command(function: Callable[..., object], program: str) -> Callable[..., None]:
@@ -47,8 +54,23 @@ def command(function: Callable[..., object], program: str) -> Callable[..., None
             with steady():
                 tyro.cli(function, args=arguments, prog=program)
         except (ValueError, OSError, ImportError) as error:
-            sys.exit(f"{program}: {error}")
+            sys.exit(f"{program}: {one_line(str(error), LONGEST)}")
         except KeyboardInterrupt:
             sys.exit(f"{program}: stopped; give the same command to continue")
 
     return main
+
+
+def say(text: object) -> None:
+    """Prints a text, whatever the standard output is: nothing, closed, or of a small alphabet."""
+    stream = sys.stdout
+    if stream is None:
+        return
+    encoding = getattr(stream, "encoding", None) or "utf-8"
+    try:
+        plain = str(text).encode(encoding, "backslashreplace").decode(encoding)
+        print(plain, file=stream, flush=True)
+    except BrokenPipeError:  # as with `| head`; what is still to come goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    except (OSError, ValueError):
+        pass

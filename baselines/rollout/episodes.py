@@ -7,6 +7,7 @@ from typing import Any
 from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation
 from baselines.paper import dubins
+from baselines.rollout.error_text import one_line
 
 POSE_LOG_EVERY = 2  #: control ticks between two poses of a log
 
@@ -100,13 +101,14 @@ def row(
     relative = goal if side > 0 else goal * (1.0, -1.0, -1.0)
     shortest = float(dubins.length(relative, params.vessel.length / 2))
     success = ended["is_success"] and error is None
+    cause = None if success else "policy error" if error else definition.cause(ended, params)
     values: dict[str, Any] = {
         **ended,
         **vars(label),
         "task": definition.name,
         "num_boats": params.num_boats,
         "success": success,
-        "cause": None if success else "policy error" if error else definition.cause(ended, params),
+        "cause": cause and one_line(cause),  # a user's task may say anything
         **dict(zip(("goal_x", "goal_y", "goal_heading"), goal.tolist(), strict=True)),
         "path_length_ratio": ended["path_length"] / shortest if shortest > 0 else None,
     }

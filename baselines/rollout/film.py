@@ -9,6 +9,7 @@ from asv_env.render import video
 from asv_env.render.viewer import Frame, Viewer
 from asv_env.simulation import Simulation
 from baselines.policy import MakePolicy
+from baselines.rollout.guard import Guard
 from baselines.rollout.loop import rollout
 
 EVERY = 4  #: control ticks between two frames
@@ -27,9 +28,11 @@ def save(path: Path, make_policy: MakePolicy, params: EnvParams, seed: int) -> N
 
 
 def frames(make_policy: MakePolicy, params: EnvParams, seed: int) -> Iterator[Frame]:
-    """Yields the frames (height, width, 3) uint8 of one episode."""
+    """Yields the frames (height, width, 3) uint8 of one episode, which a policy error ends."""
     simulation, viewer = Simulation(params), Viewer(params, size=SIZE)
-    for tick in rollout(simulation, make_policy(params).act, [seed]):
+    policy = Guard(make_policy, params)
+    for tick in rollout(simulation, policy.act, [seed]):
+        tick.over[list(policy.errors)] = True
         if tick.state.tick[0] % EVERY == 0:
             yield cast(Frame, viewer.draw(tick.state))
     yield from [cast(Frame, viewer.draw(simulation.state))] * LAST

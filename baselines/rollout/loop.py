@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from asv_env.simulation import Simulation
-from asv_env.types import Action, Bool, Int, Observation, Sensed, State, TimeStep
+from asv_env.types import Action, Bool, Int, Observation, Sensed, State, TimeStep, copied
+from baselines.rollout.process_state import numerics
 
 Act = Callable[[Sensed, Observation, Any, Bool], tuple[Action, Any]]
 """How a policy decides; see ``Policy.act``."""
@@ -33,6 +34,9 @@ def rollout(
 ) -> Iterator[Tick]:
     """Runs a policy in all worlds of a simulation, whose state is that after the yielded step.
 
+    What the policy is given is its own: copies, ``sensed`` read-only. It may write to the
+    observation; neither the worlds nor what is recorded depend on it.
+
     Args:
         simulation: with at most as many worlds as there are seeds.
         act: decides for all worlds.
@@ -47,12 +51,17 @@ def rollout(
     worlds = simulation.num_worlds
     queue, last = enumerate(seeds[worlds:], worlds), None if ticks else seeds[-1]
     episode = np.arange(worlds)
-    observation = simulation.reset(seeds=seeds[:worlds])
+    with numerics():
+        observation = simulation.reset(seeds=seeds[:worlds])
     memory, over = None, np.ones(worlds, dtype=np.bool_)
     for _ in count() if ticks is None else range(ticks):
         state = simulation.state
-        action, memory = act(simulation.sensed, observation, memory, over)
-        step = simulation.step(action)
+        with numerics():
+            action, memory = act(
+                read_only(simulation.sensed), observation.copy(), memory, over.copy()
+            )
+        with numerics():  # the policy may have changed it
+            step = simulation.step(action)
         over = step.ending.terminated | step.ending.truncated
         yield Tick(state, observation, action, memory, step, episode.copy(), over)
         observation = step.observation
@@ -62,4 +71,16 @@ def rollout(
             if ticks is None and (episode == IDLE).all():
                 return
             observation = observation.copy()
-            observation[over] = simulation.reset(over, [seed for _, seed in following])
+            with numerics():
+                observation[over] = simulation.reset(over, [seed for _, seed in following])
+
+
+def read_only(sensed: Sensed) -> Sensed:
+    """Returns what is sensed as a copy that cannot be written to.
+
+    A library that writes nevertheless, as torch does where it shares memory, writes to the copy.
+    """
+    own = copied(sensed)
+    for array in vars(own).values():
+        array.flags.writeable = False
+    return own

@@ -14,48 +14,12 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
-from asv_env.types import Action, Bool, Float, Observation, Sensed, State
-from baselines.policy import MakePolicy, Policy, checked_action
+from asv_env.types import Float, Observation, State
+from baselines.policy import MakePolicy
 from baselines.rollout import episodes
 from baselines.rollout.episodes import POSE_LOG_EVERY, Label, PoseLog, Trajectory
+from baselines.rollout.guard import Guard, PolicyError
 from baselines.rollout.loop import IDLE, Tick, rollout
-
-
-class PolicyError(Exception):
-    """A policy raised while it decided for several worlds, nobody knows in which of them."""
-
-
-class GuardedPolicy:
-    """A policy whose useless actions become zeros, and are reported in ``errors``, by world."""
-
-    def __init__(self, policy: Policy) -> None:
-        self._policy = policy
-        self.errors: dict[int, str] = {}
-
-    def act(
-        self, sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
-    ) -> tuple[Action, Any]:
-        """See ``Policy.act``.
-
-        Raises:
-            PolicyError: the policy raised, and there are several worlds.
-        """
-        shape = (*sensed.slot.shape, 2)
-        try:
-            action, memory = self._policy.act(sensed, observation, memory, fresh)
-            action = checked_action(action, shape)
-        except Exception as error:
-            if len(fresh) > 1:
-                raise PolicyError from error
-            text = f"{type(error).__name__}: {error}"
-            self.errors = {0: " ".join(text.split())}  # one line of a table
-            return np.zeros(shape, dtype=np.float32), None
-        finite = np.asarray(np.isfinite(action).all(axis=(1, 2)))
-        self.errors = {
-            world: f"action not finite at tick {sensed.tick[world]}"
-            for world in map(int, np.flatnonzero(~finite))
-        }
-        return np.where(finite[:, None, None], action, np.float32(0.0)), memory
 
 
 def run(
@@ -68,8 +32,8 @@ def run(
 ) -> Iterator[PoseLog]:
     """Yields a log of each seed's episode, run with one policy, in the order in which they end.
 
-    A policy that raises, or whose action is not finite numbers of the right shape, fails the
-    episode in which it does so, and no other.
+    A policy that cannot be made, that raises, or whose action is not finite numbers of the right
+    shape, fails the episode in which it does so, and no other; see ``guard``.
 
     Args:
         make_policy: policy factory.
@@ -83,7 +47,7 @@ def run(
 
     def episodes_of(seeds: Sequence[int], worlds: int) -> Iterator[PoseLog]:
         simulation = Simulation(params, min(worlds, len(seeds)), worlds_per_space=1)
-        for log in _run(GuardedPolicy(make_policy(params)), simulation, seeds, recorder):
+        for log in _run(Guard(make_policy, params), simulation, seeds, recorder):
             del left[log.episode.seed]
             yield log
 
@@ -141,7 +105,7 @@ class _Recorder:
 
 
 def _run(
-    policy: GuardedPolicy, simulation: Simulation, seeds: Sequence[int], make: partial[_Recorder]
+    policy: Guard, simulation: Simulation, seeds: Sequence[int], make: partial[_Recorder]
 ) -> Iterator[PoseLog]:
     """Yields logs as ``run`` does; a policy that raises in several worlds ends them all."""
     recorders = [make(world) for world in range(simulation.num_worlds)]

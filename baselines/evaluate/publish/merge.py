@@ -103,7 +103,7 @@ def check(suite: Suite, results: Results, count: int) -> None:
         before = results.rows[condition.name, policy][0][:count]
         label = Label(policy, None, condition.name, condition.scenario_name)
         seeds = [row.seed for row in before]
-        logs = runner.run(find(policy).make, condition.params, seeds, count, label)
+        logs = runner.run(find(policy).factory, condition.params, seeds, count, label)
         again = {log.episode.seed: log.episode for log in logs}
         differ = [row for row in before if not _same(again[row.seed], row)]
         ends_differently = any(again[row.seed].cause != row.cause for row in differ)

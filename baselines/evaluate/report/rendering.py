@@ -1,6 +1,6 @@
 """The words and tables of a report, and its templates, filled in with Jinja2.
 
-Web page and Markdown show the same. HTML is escaped, Markdown is not.
+Web page and Markdown show the same. In both, what others have written is escaped.
 """
 
 import re
@@ -14,6 +14,8 @@ from markupsafe import Markup, escape
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import descriptions, formats
+from baselines.evaluate.tables import markdown as markdown_text
+from baselines.rollout.error_text import one_line
 
 SHOWN = 20  #: largest number of broken episodes that are listed
 BROKEN = (
@@ -109,7 +111,7 @@ def broken(results: Results) -> list[str]:
     lines = []
     for row in rows[:SHOWN]:
         training = "" if row.training_seed is None else f", training {row.training_seed}"
-        message = " ".join(str(row.error).split())
+        message = one_line(str(row.error))
         lines.append(f"{row.policy}{training}, {row.condition}, seed {row.seed}: {message}")
     if len(rows) > SHOWN:
         lines.append(f"and {len(rows) - SHOWN} more: see the column error of episodes.csv")
@@ -141,6 +143,9 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
     )
     environment.filters |= {"prose": prose, "bracket": bracket}
+    for function in (markdown_text.escaped, markdown_text.code):
+        environment.filters[function.__name__] = function
+    environment.filters["markdown_prose"] = markdown_text.prose
     environment.globals["nothing"] = formats.NOTHING
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "ensure_ascii": False}
     return environment

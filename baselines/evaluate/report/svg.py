@@ -6,10 +6,10 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
-import matplotlib
 from matplotlib.figure import Figure
 
 from baselines.evaluate.report import palette
+from baselines.evaluate.report.look import settings
 
 HALF = 5.3  #: width of one of two figures side by side, inches
 FEW = 400  #: largest number of marks in a panel that are drawn as vectors, not as pixels
@@ -66,7 +66,7 @@ class Svg:
 
 def look() -> AbstractContextManager[None]:
     """Returns the context in which the figures of a page are made and drawn."""
-    return matplotlib.rc_context(_SETTINGS)  # type: ignore[arg-type]
+    return settings(_SETTINGS)
 
 
 def draw(figure: Figure, name: str) -> Svg:

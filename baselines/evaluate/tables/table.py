@@ -1,5 +1,6 @@
 """A table of text, for the terminal, Markdown and HTML."""
 
+import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -7,8 +8,11 @@ from typing import Any, Literal
 
 from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
+from baselines.evaluate.tables.markdown import escaped
 
 Kind = Literal["number", "words", "policy", "measure", "shared"]
+OTHERS = ("words", "policy", "shared")  #: kinds of columns whose cells a user may have written
+PIPE = re.compile(r"(?<!\\)\|")  #: a bar that is not escaped
 
 
 @dataclass(frozen=True)
@@ -53,9 +57,13 @@ class Table:
 
     @property
     def markdown(self) -> str:
-        """The table in Markdown."""
-        pairs = zip(self.titles, self.columns, strict=True)
-        return grid(self.titles, self.rows, [t for t, c in pairs if c.kind != "number"])
+        """The table in Markdown; names and words of others are escaped."""
+        titles = [title.replace("<", "&lt;").replace("`", "\\`") for title in self.titles]
+        pairs = list(zip(titles, self.columns, strict=True))
+        cells = zip(self.columns, zip(*self.rows, strict=True), strict=True)
+        shown = [map(escaped, column) if c.kind in OTHERS else column for c, column in cells]
+        left = [title for title, column in pairs if column.kind != "number"]
+        return grid(titles, list(zip(*shown, strict=True)), left)
 
     @property
     def text(self) -> str:
@@ -82,5 +90,5 @@ def tabulated(name: str, caption: str, heads: Iterable[Column], subjects: Sequen
 def grid(heads: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> str:
     """Returns a table in Markdown; the columns with the heads ``left`` are flush left."""
     rules = [":--" if head in left else "--:" for head in heads]
-    lines = [[" ".join(cell.replace("|", "\\|").split()) for cell in row] for row in (heads, *rows)]
+    lines = [[" ".join(PIPE.sub(r"\\|", cell).split()) for cell in row] for row in (heads, *rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in (lines[0], rules, *lines[1:]))

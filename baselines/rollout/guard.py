@@ -1,0 +1,84 @@
+"""One guard round a policy: whatever it does wrong fails the episode in which it does so.
+
+Making the policy, its decision, what it returns, and the text of its errors are all foreign code.
+Only Ctrl-C gets through.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from asv_env.params import EnvParams
+from asv_env.types import Action, Bool, Observation, Sensed
+from baselines.policy import MakePolicy, Policy, checked_action
+from baselines.rollout.error_text import described
+
+READ_ONLY = ("read-only", "readonly", "WRITEABLE")
+"""Words of NumPy's and Numba's errors where something is written to an array that is read-only."""
+
+
+class PolicyError(Exception):
+    """A policy failed while it decided for several worlds, nobody knows in which of them."""
+
+
+class Guard:
+    """A policy whose failures and useless actions become zeros, reported in ``errors``, by world.
+
+    The policy is made at its first decision, and again after a failure: nothing is left of what
+    it kept of a failed episode.
+    """
+
+    def __init__(self, make_policy: MakePolicy, params: EnvParams) -> None:
+        self._make, self._params = make_policy, params
+        self._policy: Policy | None = None
+        self.errors: dict[int, str] = {}
+
+    def act(
+        self, sensed: Sensed, observation: Observation, memory: Any, fresh: Bool
+    ) -> tuple[Action, Any]:
+        """See ``Policy.act``.
+
+        Raises:
+            PolicyError: the policy failed, and there are several worlds.
+        """
+        shape = (*sensed.slot.shape, 2)
+        try:
+            if self._policy is None:
+                self._policy = self._make(self._params)
+            action, memory = decision(self._policy.act(sensed, observation, memory, fresh), shape)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            self._policy = None
+            text = failure(error)
+            if len(fresh) > 1:
+                raise PolicyError(text) from None
+            self.errors = {0: text}
+            return np.zeros(shape, dtype=np.float32), None
+        finite = np.asarray(np.isfinite(action).all(axis=(1, 2)))
+        self.errors = {
+            world: f"action not finite at tick {sensed.tick[world]}"
+            for world in map(int, np.flatnonzero(~finite))
+        }
+        return np.where(finite[:, None, None], action, np.float32(0.0)), memory
+
+
+def decision(decided: Any, shape: tuple[int, ...]) -> tuple[Action, Any]:
+    """Returns the action and the memory that a policy has returned.
+
+    Raises:
+        TypeError: not a pair, or not numbers; whatever reading them raises.
+        ValueError: another shape than (W, A, 2).
+    """
+    if not (isinstance(decided, tuple) and len(decided) == 2):
+        raise TypeError(f"act returned {type(decided).__name__}: return (action, memory)")
+    action, memory = decided
+    return checked_action(action, shape), memory
+
+
+def failure(error: BaseException) -> str:
+    """Returns what a policy has done wrong, in one line."""
+    text = described(error)
+    if isinstance(error, ValueError | TypeError) and any(word in text for word in READ_ONLY):
+        return f"{text} (the policy wrote to what it was given: copy it first)"
+    return text

@@ -1,0 +1,86 @@
+"""What results must not depend on: the state of the process, set by its user or by a policy."""
+
+import gc
+import locale
+import os
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from typing import Any
+
+import numpy as np
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)  #: signals whose handlers are put back
+
+
+def numerics() -> np.errstate:
+    """Returns the context in which floating-point errors are treated as NumPy does by default."""
+    return np.errstate(divide="warn", over="warn", under="ignore", invalid="warn")
+
+
+@contextmanager
+def neutral() -> Iterator[None]:
+    """Keeps warnings that the user has turned into errors from ending what is not theirs.
+
+    Other filters stay as they are: they change no result.
+    """
+    if not any(action == "error" for action, *_ in warnings.filters):
+        yield
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        yield
+
+
+@contextmanager
+def restored() -> Iterator[None]:
+    """Puts back at the end what a policy may have changed, so that no other one meets it.
+
+    These are the current folder, the standard streams, the filters of warnings, the locale, the
+    garbage collector, handlers of signals, and torch's default type and number of threads.
+    """
+    with ExitStack() as stack:
+        stack.callback(_set_streams, sys.stdout, sys.stderr)
+        stack.callback(gc.enable if gc.isenabled() else gc.disable)
+        stack.callback(_attempt, locale.setlocale, locale.LC_ALL, locale.setlocale(locale.LC_ALL))
+        with suppress(OSError):  # a folder that was removed
+            stack.callback(_attempt, os.chdir, os.getcwd())
+        if threading.current_thread() is threading.main_thread():
+            for number in SIGNALS:
+                stack.callback(_attempt, signal.signal, number, signal.getsignal(number))
+        stack.callback(_set_torch, *_torch_state())
+        stack.callback(_set_filters, list(warnings.filters))
+        yield
+
+
+def _attempt(function: Any, *arguments: Any) -> None:
+    with suppress(OSError, ValueError, TypeError, locale.Error):
+        function(*arguments)
+
+
+def _set_streams(*streams: Any) -> None:
+    sys.stdout, sys.stderr = streams
+
+
+def _set_filters(filters: list[Any]) -> None:
+    if warnings.filters != filters:
+        warnings.filters[:] = filters  # type: ignore[index]
+        warnings._filters_mutated()  # type: ignore[attr-defined]
+
+
+def _torch_state() -> tuple[Any, Any]:
+    torch = sys.modules.get("torch")
+    return (torch.get_default_dtype(), torch.get_num_threads()) if torch else (None, None)
+
+
+def _set_torch(dtype: Any, threads: Any) -> None:
+    """Puts back torch's settings, its own first ones where it was not imported before."""
+    torch = sys.modules.get("torch")
+    if torch is None:
+        return
+    torch.set_default_dtype(dtype or torch.float32)
+    if threads is not None and torch.get_num_threads() != threads:
+        torch.set_num_threads(threads)
