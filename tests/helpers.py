@@ -183,3 +183,20 @@ def decide(policy, sensed, memory=None):
     """One decision of a policy that reads ``sensed`` alone, and its memory."""
     fresh = np.full(len(sensed.side), memory is None)
     return policy.act(sensed, np.empty(0), memory, fresh)
+
+
+def same(one, other):
+    """Whether two returned values are equal in type, shape and every bit; NaN equals NaN."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.ndarray):
+        if one.shape != other.shape or one.dtype != other.dtype:
+            return False
+        if one.dtype == object:
+            return all(map(same, one.flat, other.flat))
+        return one.tobytes() == other.tobytes() or np.array_equal(one, other, equal_nan=True)
+    return one == other or (one != one and other != other)

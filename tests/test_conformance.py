@@ -13,6 +13,7 @@ import pytest
 import torch
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from helpers import same
 from pettingzoo.test import (
     api_test,
     parallel_api_test,
@@ -51,23 +52,6 @@ registry = pytest.mark.skipif(not hasattr(pettingzoo, "make"), reason="PettingZo
 
 def gym_id(task: str) -> str:
     return f"asv_env/{task.capitalize()}-v0"
-
-
-def same(one: Any, other: Any) -> bool:
-    """Whether two returned values are equal in type, shape and every bit; NaN equals NaN."""
-    if type(one) is not type(other):
-        return False
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
-    if isinstance(one, list | tuple):
-        return len(one) == len(other) and all(map(same, one, other))
-    if isinstance(one, np.ndarray):
-        if one.shape != other.shape or one.dtype != other.dtype:
-            return False
-        if one.dtype == object:
-            return all(map(same, one.flat, other.flat))
-        return one.tobytes() == other.tobytes() or np.array_equal(one, other, equal_nan=True)
-    return one == other or (one != one and other != other)
 
 
 # ------------------------------------------------------------------ Gymnasium
