@@ -162,5 +162,5 @@ def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ())
     for name in options:
         if name not in known:
             hint = nearest(name, known) or f" Known: {', '.join(map(repr, known))}."
-            warnings.warn(f"reset option {name!r} is unknown and ignored.{hint}", stacklevel=3)
+            warnings.warn(f"reset option {name!r} is unknown and ignored.{hint}", stacklevel=4)
     return options.get("goal")
