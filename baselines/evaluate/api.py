@@ -203,7 +203,7 @@ def _folder(given: str | Path) -> Path:
     """Returns the absolute path of an output folder: a policy may change the current folder."""
     if not os.fspath(given):
         raise ValueError("out='': name a folder")
-    return Path(given).expanduser().absolute()
+    return Path(os.path.expanduser(given)).absolute()
 
 
 def _suite(given: Any, episodes: int | None, task: Any) -> Suite:

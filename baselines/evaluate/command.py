@@ -3,6 +3,7 @@
 What takes long to import is imported when it is needed, so that ``--help`` comes at once.
 """
 
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -123,7 +124,7 @@ class Options:
         choice("kind of video", self.video.suffix.lower(), video.SUFFIXES)
         if self.video.exists() and not self.overwrite:
             raise FileExistsError(f"{self.video} exists: name another file, or use --overwrite")
-        if self.video.is_dir() or not self.video.expanduser().parent.is_dir():
+        if self.video.is_dir() or not Path(os.path.expanduser(self.video)).parent.is_dir():
             raise ValueError(f"--video {self.video}: name a file in a folder that exists")
 
 

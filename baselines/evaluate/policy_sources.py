@@ -3,6 +3,7 @@
 import hashlib
 import inspect
 import linecache
+import os
 import pickle
 import sys
 import uuid
@@ -99,7 +100,7 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
         return _written(getattr(given, "__name__", type(given).__name__), given)
     if not isinstance(given, str | Path):
         raise TypeError(f"{given!r} is not a policy: give a name, a path, a class or a function")
-    word, path = str(given), Path(given).expanduser().absolute()
+    word, path = str(given), Path(os.path.expanduser(given)).absolute()
     if word in POLICIES and not is_own(POLICIES[word]):
         identity = policy_file.fingerprint() if word == "learned" else word
         return PolicySource(word, POLICIES[word], None, identity)
@@ -148,13 +149,14 @@ def named(
         several = isinstance(given, Sequence) and not isinstance(given, str)
         trainings: list[Any] = list(cast(Any, given)) if several else [given]
         registered = any(isinstance(each, str) and each in POLICIES for each in trainings)
-        check_policy_name(name)
         if not trainings or (registered and len(trainings) > 1):
             raise ValueError(
                 f"policies: {name}={','.join(map(str, trainings))}: several trainings of one "
                 "policy are files or classes of their own; different policies need a name each"
             )
-        found[name] = tuple(find(training, trust_pickles) for training in trainings)
+        sources = tuple(find(training, trust_pickles) for training in trainings)
+        check_policy_name(name)
+        found[name] = sources
     check_distinct("policies", found)
     return found
 
