@@ -136,6 +136,31 @@ def test_the_vector_env_is_a_sync_vector_env_to_the_bit(
     assert ends >= 6
 
 
+@pytest.mark.parametrize("flat", [False, True])
+def test_without_autoreset_it_is_a_sync_vector_env_too(flat: bool) -> None:
+    options: dict[str, Any] = {"num_boats": 2, "scenario": "harsh", "time_limit": 0.5, "flat": flat}
+    mode = AutoresetMode.DISABLED
+    ours = gymnasium.make_vec(
+        gym_id("push"), num_envs=3, worlds_per_space=1, autoreset_mode=mode, **options
+    )
+    theirs = SyncVectorEnv(
+        [lambda: asv_env.JointEnv("push", **options) for _ in range(3)], autoreset_mode=mode
+    )
+    theirs.action_space.seed(5)
+    mask = np.array([True, True, False])
+    assert same(ours.reset(seed=3), theirs.reset(seed=3))
+    for step in range(1, 16):
+        action = theirs.action_space.sample()
+        assert same(ours.step(action), theirs.step(action)), step
+        if step == 2:
+            one, other = ({"reset_mask": mask.copy()} for _ in range(2))
+            assert same(ours.reset(options=one), theirs.reset(options=other))
+        if step in (5, 7, 10, 12):  # world 2 ends first, and the others two steps later
+            over = mask if step in (7, 12) else ~mask
+            one, other = ({"reset_mask": over.copy()} for _ in range(2))
+            assert same(ours.reset(options=one), theirs.reset(options=other))
+
+
 def test_without_autoreset_a_mask_resets_worlds() -> None:
     env = asv_env.AsvVectorEnv(3, "push", autoreset_mode="Disabled", time_limit=0.5)
     first, _ = env.reset(seed=0)

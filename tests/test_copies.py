@@ -39,10 +39,10 @@ def pickled(env: Any) -> Any:
 
 
 class Driver:
-    """Calls of a Gymnasium environment."""
+    """Calls of a Gymnasium environment; a ``single`` one needs a reset after its end."""
 
-    def __init__(self, make: Callable[..., Any]) -> None:
-        self.make = make
+    def __init__(self, make: Callable[..., Any], single: bool = False) -> None:
+        self.make, self.single = make, single
 
     def spaces(self, env: Any) -> list[Any]:
         return [env.action_space, env.observation_space]
@@ -121,11 +121,11 @@ def joint(**options: Any) -> Any:
 
 
 DRIVERS = {
-    "joint": Driver(joint),
-    "parallel": BoatDriver(wrapped_boats),
+    "joint": Driver(joint, single=True),
+    "parallel": BoatDriver(wrapped_boats, single=True),
     "vector, next step": Driver(vector("NextStep")),
     "vector, same step": Driver(vector("SameStep")),
-    "vector, no autoreset": Driver(vector("Disabled")),
+    "vector, no autoreset": Driver(vector("Disabled"), single=True),
     "boats": RowDriver(boats),
 }
 drivers = pytest.mark.parametrize("driver", DRIVERS.values(), ids=DRIVERS.keys())
