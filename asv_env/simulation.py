@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from asv_env import arguments
 from asv_env.checks import Whole
 from asv_env.geometry import plane, wrap, xy
 from asv_env.params import EnvParams
@@ -25,6 +26,7 @@ from asv_env.types import (
     Bool,
     Ending,
     Float,
+    InitialState,
     Observation,
     Sensed,
     Situation,
@@ -143,13 +145,15 @@ class Simulation:
         Raises:
             ValueError: a mask or seeds of the wrong shape, a bad seed or goal.
         """
-        index = self._rows_to_reset(mask)
-        self._seed(index, [None] * len(index) if seeds is None else seeds)
-        if goal is not None:
-            goal = np.array(self.params.checked_goal(goal))
+        index = arguments.worlds_to_reset(mask, self.num_worlds)
+        checked = arguments.checked_seeds(seeds, len(index))
+        goal = None if goal is None else self.params.checked_goal(goal)
+        starts = [
+            self._sample(int(world), seed, goal) for world, seed in zip(index, checked, strict=True)
+        ]
         state = copied(self._state)
-        for world in index:
-            self._begin(state, int(world), goal)
+        for world, start in zip(index, starts, strict=True):
+            self._begin(state, int(world), start)
         self._state = frozen(state)
         others = ~np.isin(np.arange(self.num_worlds), index)
         self._ending = frozen(self._ending.within(others))
@@ -162,34 +166,17 @@ class Simulation:
         self._sensors.reset(index, some.motion, self._rngs)
         return self._observe(index)
 
-    def _rows_to_reset(self, mask: Bool | None) -> np.ndarray:
-        if mask is None:
-            return np.arange(self.num_worlds)
-        mask = np.asarray(mask)
-        if mask.shape != (self.num_worlds,) or mask.dtype != np.bool_:
-            raise ValueError(
-                f"mask of shape {mask.shape} and type {mask.dtype}: must be bool of shape "
-                f"({self.num_worlds},)"
-            )
-        return np.flatnonzero(mask)
+    def _sample(self, world: int, seed: int | None, goal: Sequence[float] | None) -> InitialState:
+        """Samples the initial state of one world, with its own Generator or one of a seed."""
+        if seed is not None or world not in self._rngs:
+            self._rngs[world] = np.random.default_rng(seed)
+        given = None if goal is None else np.array(goal)
+        start = self._initial_states(self.params, self._rngs[world], given)
+        return initial_state.checked(start, self.params)
 
-    def _seed(self, index: np.ndarray, seeds: Sequence[int | None]) -> None:
-        if len(seeds) != len(index):
-            raise ValueError(f"{len(seeds)} seeds for {len(index)} worlds: give one for each")
-        for seed in seeds:
-            whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
-            if seed is not None and not (whole and seed >= 0):
-                raise ValueError(f"seed = {seed!r}: must be a whole number of at least 0 or None")
-        for world, seed in zip(index, seeds, strict=True):
-            if seed is not None or world not in self._rngs:
-                self._rngs[world] = np.random.default_rng(seed)
-
-    def _begin(self, state: State, world: int, goal: Float | None) -> None:
+    def _begin(self, state: State, world: int, start: InitialState) -> None:
         """Places one world of a state at the beginning of an episode, in place."""
         grasped = self._task.starts_grasped
-        given = None if goal is None else goal.copy()
-        sampled = self._initial_states(self.params, self._rngs[world], given)
-        start = initial_state.checked(sampled, self.params)
         self._dynamics.place(world, start)
         self._failure_tick[world] = start.failure_tick
         self._relative_goal[world] = start.goal
@@ -222,7 +209,7 @@ class Simulation:
             ValueError: an action of the wrong shape, or not finite.
         """
         self._check_running()
-        command = self._checked(action)
+        command = arguments.checked_action(action, self._state.thrust.shape)
         before, params = self._state, self.params
         state = self._state = self._move(command)
         relations = self._relations
@@ -246,22 +233,6 @@ class Simulation:
                 f"step: world {world} has not been reset since its episode ended or the "
                 "simulation was made; call reset first"
             )
-
-    def _checked(self, action: Any) -> Float:
-        try:
-            command = np.asarray(action, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise TypeError(f"action of type {type(action).__name__}: give numbers") from error
-        shape = self._state.thrust.shape
-        if command.shape != shape:
-            raise ValueError(f"action of shape {command.shape}: must be {shape}")
-        if not np.isfinite(command).all():
-            world, boat, _ = np.argwhere(~np.isfinite(command))[0]
-            raise ValueError(
-                f"action {command[world, boat]} of boat {boat} in world {world}: must be finite; "
-                "check the policy for NaN"
-            )
-        return np.minimum(np.maximum(command, -1.0), 1.0)
 
     def _move(self, command: Float) -> State:
         """Physics and sensing of one control step; returns the state after it."""

@@ -12,7 +12,10 @@ ROOT = Path(__file__).resolve().parent.parent
 GROUND = {
     f"asv_env.{name}" for name in ("types", "checks", "files", "geometry", "registry", "params")
 }
-WORLD = {*GROUND, *(f"asv_env.{name}" for name in ("physics", "tasks", "sensing", "presets"))}
+WORLD = {
+    *GROUND,
+    *(f"asv_env.{name}" for name in ("arguments", "physics", "tasks", "sensing", "presets")),
+}
 WORLD |= {"asv_env.simulation", "asv_env.render", "asv_env.envs", "asv_env"}
 POLICIES = {f"baselines.{name}" for name in ("policy", "mirror", "paper", "scripted", "learned")}
 RUN = {*WORLD, *POLICIES, "baselines.rollout"}
@@ -22,6 +25,7 @@ ROOMS = {
     "asv_env.types": set(),
     "asv_env.checks": set(),
     "asv_env.files": set(),
+    "asv_env.arguments": GROUND,
     "asv_env.registry": GROUND,
     "asv_env.geometry": GROUND,
     "asv_env.params": GROUND,
@@ -29,7 +33,10 @@ ROOMS = {
     "asv_env.tasks": GROUND,
     "asv_env.sensing": {*GROUND, "asv_env.physics", "asv_env.tasks"},
     "asv_env.presets": {*GROUND, "asv_env.sensing", "asv_env.tasks"},
-    "asv_env.simulation": {*GROUND, "asv_env.physics", "asv_env.sensing", "asv_env.tasks"},
+    "asv_env.simulation": {
+        *GROUND,
+        *(f"asv_env.{name}" for name in ("arguments", "physics", "sensing", "tasks")),
+    },
     "asv_env.render": {*GROUND, "asv_env.files", "asv_env.physics", "asv_env.tasks"},
     "asv_env.envs": WORLD - {"asv_env", "asv_env.physics"},
     "asv_env": WORLD,

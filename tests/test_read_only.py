@@ -1,4 +1,4 @@
-"""Writing to what a simulation hands out changes nothing, and what it was given stays the caller's."""
+"""Writing to what a simulation hands out changes nothing; what it is given stays the caller's."""
 
 import dataclasses
 
