@@ -3,6 +3,8 @@
 import sys
 from collections.abc import Sequence
 
+MEMORY = "memory is not sufficient: use fewer worlds (--num-envs), fewer steps or smaller layers"
+
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trains as a command line says; exits with a message where something is wrong."""
@@ -18,8 +20,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 from train.sb3.training import train
             train(config)
         print(f"the best policy of the run: {config.folder / 'best.npz'}")
-    except (ValueError, OSError, ImportError) as error:
+    except (ValueError, OSError, ImportError, MemoryError) as error:
         sys.exit(f"python -m train: {_with_remedy(error)}")
+    except RuntimeError as error:  # torch has no error of its own for this
+        if "allocate memory" not in str(error):
+            raise
+        sys.exit(f"python -m train: {MEMORY}")
     except KeyboardInterrupt:
         sys.exit(
             "python -m train: stopped; the same command, without --overwrite, resumes from the "
@@ -28,11 +34,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _with_remedy(error: Exception) -> str:
-    """Returns the message of an error; where an extra is missing, says which."""
+    """Returns the message of an error in one line; where an extra is missing, says which."""
+    if isinstance(error, MemoryError):
+        return MEMORY
     name = (getattr(error, "name", None) or "").partition(".")[0]
     extras = {"torch": "train", "stable_baselines3": "train", "ray": "rllib"}
     if name not in extras:
-        return str(error)
+        return " ".join(str(error).split())
     return f"{error}: this needs an extra, pip install 'asv-env[{extras[name]}]'"
 
 

@@ -1,8 +1,10 @@
 """All options of a training, the presets of the tasks, and the command line that sets them."""
 
 import json
+import os
 import re
 import sys
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -19,6 +21,7 @@ from asv_env.tasks import TASKS, Task
 from baselines.rollout import seeds
 from train.sections import (
     CONTROL_RATE,
+    MOST_STEPS,
     ComputeOptions,
     CurriculumOptions,
     EvaluationOptions,
@@ -58,7 +61,7 @@ class Config:
         if not isinstance(TASKS.find(self.task), Task):
             raise ValueError(f"task = {self.task!r}: it must name an asv_env.tasks.Task")
         check_whole(self, "seed", 0)
-        check_whole(self, "checkpoint_every", 1)
+        check_whole(self, "checkpoint_every", 1, MOST_STEPS)
         seeds.check(range(self.first_seed, self.first_seed + SEEDS_PER_RUN), "training")
         rounds, residual = self.imitation.rounds, self.network.residual
         if self.init_from is not None and rounds:
@@ -71,11 +74,20 @@ class Config:
                 f"critic = 'central' with teams = {self.worlds.teams}: the state of a world grows "
                 "with its team; train one team size, or use critic = 'own'"
             )
+        rows = sum(team * worlds for (team, _), worlds in self._groups().items())
+        if self.ppo.num_minibatches >= rows * self.ppo.num_steps:
+            raise ValueError(
+                f"num_minibatches = {self.ppo.num_minibatches}: an update has "
+                f"{rows * self.ppo.num_steps} decisions, two at least for each minibatch"
+            )
         if residual and (self.worlds.decision_rate != CONTROL_RATE or rounds):
             raise ValueError(
                 f"residual = {residual}: the scripted policy decides at {CONTROL_RATE} Hz and "
                 f"need not be imitated: set decision_rate = {CONTROL_RATE}, imitation.rounds = 0"
             )
+
+    def _groups(self) -> Counter[tuple[int, str]]:
+        return self.worlds.groups(self.worlds.num_envs)
 
     @property
     def definition(self) -> Task:
@@ -90,7 +102,9 @@ class Config:
     @property
     def folder(self) -> Path:
         """Folder of the run."""
-        return self.out or Path(f"runs/train/{self.definition.name}-{self.engine}-{self.seed}")
+        if self.out is not None:
+            return Path(os.path.expanduser(self.out))
+        return Path(f"runs/train/{self.definition.name}-{self.engine}-{self.seed}")
 
     def params(
         self, team: int | None = None, scenario: str = "nominal", **options: Any

@@ -13,6 +13,10 @@ from asv_env.sensing import observation
 from baselines.rollout import seeds
 
 CONTROL_RATE = ClockParams().control  #: rate at which the scripted policy decides, Hz
+MOST_STEPS = 10**15  #: largest number of timesteps
+MOST_WORLDS = 100_000  #: largest number of worlds
+MOST_UNITS = 2**16  #: largest size of a hidden layer
+LARGEST_RATE = 1.0  #: largest learning rate
 LEAST_RATE = 0.1  #: fraction of the learning rates that is left at the end where they are annealed
 
 
@@ -35,7 +39,8 @@ class WorldOptions:
             observation.chosen(self.observation)
         for team in self.teams:
             check_num_boats(team)
-        check_whole(self, "num_envs decision_rate", 1)
+        check_whole(self, "num_envs", 1, MOST_WORLDS)
+        check_whole(self, "decision_rate", 1)
         if self.time_limit is not None:
             check_numbers(self, "time_limit", TINY)
         if CONTROL_RATE % self.decision_rate:
@@ -105,7 +110,8 @@ class ImitationOptions:
 
     def __post_init__(self) -> None:
         check_whole(self, "rounds", 0)
-        check_whole(self, "worlds steps", 1)
+        check_whole(self, "worlds", 1, MOST_WORLDS)
+        check_whole(self, "steps", 1)
         check_numbers(self, "time", TINY)
 
 
@@ -133,13 +139,14 @@ class PPOOptions:
     critic_updates: int = 20  #: number of first updates in which only the critic learns
 
     def __post_init__(self) -> None:
-        check_whole(self, "total_timesteps num_steps num_minibatches update_epochs", 1)
-        check_whole(self, "critic_updates", 0)
+        check_whole(self, "total_timesteps", 1, MOST_STEPS)
+        check_whole(self, "num_steps num_minibatches update_epochs", 1, 10**6)
+        check_whole(self, "critic_updates", 0, MOST_STEPS)
         for name in ("adapt_kl", "target_kl"):
             if getattr(self, name) is not None:
                 check_numbers(self, name, TINY)
         check_numbers(self, "gamma gae_lambda", 0, 1)
-        check_numbers(self, "learning_rate actor_learning_rate", TINY)
+        check_numbers(self, "learning_rate actor_learning_rate", TINY, LARGEST_RATE)
         check_numbers(self, "clip_coef max_grad_norm", TINY)
         check_numbers(self, "ent_coef vf_coef", 0)
 
@@ -156,8 +163,10 @@ class NetworkOptions:
     critic: Literal["own", "central"] = "own"  #: sees what its boat does, or the world's state too
 
     def __post_init__(self) -> None:
-        if not self.hidden or min(self.hidden) < 1:
-            raise ValueError(f"hidden = {self.hidden}: give a size of at least 1 for each layer")
+        if not self.hidden or not all(1 <= size <= MOST_UNITS for size in self.hidden):
+            raise ValueError(
+                f"hidden = {self.hidden}: give a size of 1 to {MOST_UNITS} for each layer"
+            )
         check_numbers(self, "log_std_init log_std_min", -10, 2)
         check_numbers(self, "residual", 0, 1)
 
@@ -171,7 +180,8 @@ class EvaluationOptions:
     seed: int = seeds.DEVELOPMENT.start  #: seed of the first episode, a development seed
 
     def __post_init__(self) -> None:
-        check_whole(self, "every episodes", 1)
+        check_whole(self, "every", 1, MOST_STEPS)
+        check_whole(self, "episodes", 1)
         seeds.check(self.seeds, "development")
 
     @property
@@ -198,5 +208,5 @@ class ComputeOptions:
     ray_address: str | None = None  #: of a Ray cluster for rllib; default: this machine alone
 
     def __post_init__(self) -> None:
-        check_whole(self, "torch_threads", 1)
-        check_whole(self, "num_env_runners", 0)
+        check_whole(self, "torch_threads", 1, 1024)
+        check_whole(self, "num_env_runners", 0, 10_000)

@@ -179,14 +179,14 @@ def compare(
         with closing(store):
             try:
                 run(request, store, progress)
+                comparison = _comparison(request, store)
+                if out is not None:
+                    results, summary = comparison.results, comparison.summary
+                    write_csv(request.out / "episodes.csv", results)
+                    write_text(request.out / "summary.json", json.dumps(summary, indent=2) + "\n")
+                    document.write(request.out, results, summary, store, request.replays)
             except (WorkerError, OSError) as error:
                 raise StoppedError(str(error)) from error
-            comparison = _comparison(request, store)
-            if out is not None:
-                results, summary = comparison.results, comparison.summary
-                write_csv(request.out / "episodes.csv", results)
-                write_text(request.out / "summary.json", json.dumps(summary, indent=2) + "\n")
-                document.write(request.out, results, summary, store, request.replays)
     return comparison
 
 

@@ -121,13 +121,31 @@ class Learner(PPO):
         return max(LEAST_RATE, self._current_progress_remaining)
 
     def train(self) -> None:
-        """Updates; then bounds the noise from below and adapts the actor's learning rate."""
+        """Updates; then bounds the noise from below and adapts the actor's learning rate.
+
+        Raises:
+            ValueError: weights are no longer finite.
+        """
         critic_only = self.critic_only
-        super().train()
+        try:
+            super().train()
+        except ValueError as error:  # torch checks what it gets, not all there is
+            self._check_finite(error)
+            raise
+        self._check_finite()
         with torch.no_grad():
             self.policy.log_std.clamp_(min=self.config.network.log_std_min)
         if not critic_only:
             self._adapt_rate()
+
+    def _check_finite(self, cause: Exception | None = None) -> None:
+        """Refuses weights that are not finite."""
+        if not all(bool(weights.isfinite().all()) for weights in self.policy.parameters()):
+            raise ValueError(
+                f"the training has diverged after {self.num_timesteps} timesteps, its weights are "
+                "no longer finite: begin again with smaller learning rates; what the last "
+                "checkpoint holds is kept"
+            ) from cause
 
     def _adapt_rate(self) -> None:
         """Lets the actor's learning rate follow the divergence of the update."""
