@@ -4,6 +4,7 @@ import io
 from contextlib import redirect_stderr
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from baselines.learned import policy_file
 from train.__main__ import main
 from train.config import parse
 
+ROOT = Path(__file__).parents[1]
 SHORT = replace(PUSH, time_limit=8.0)
 """Push with short episodes, so that evaluations cost little."""
 TINY_OPTIONS = """

@@ -103,8 +103,9 @@ def read_curve(file: Path) -> pd.DataFrame:
             raise ValueError("a number is missing")
         return rows
     except ValueError as error:
+        reason = " ".join(str(error).split())
         raise ValueError(
-            f"{file} is no learning curve ({error}): remove it, or begin again with --overwrite"
+            f"{file} is no learning curve ({reason}): remove it, or begin again with --overwrite"
         ) from error
 
 

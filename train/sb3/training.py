@@ -6,8 +6,10 @@ on the same machine with the same number of threads.
 """
 
 import sys
+import threading
 import time
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 
 import numpy as np
 import torch
@@ -96,11 +98,30 @@ def train(config: Config) -> None:
     """
     torch.set_num_threads(config.compute.torch_threads)
     run, layers = open_run(config)
-    with closing(run), named(run.folder):
+    with closing(run), named(run.folder), _quiet_writers():
         if run.checkpoint.exists() and last_timesteps(run.curve) >= config.ppo.total_timesteps:
             return
         with tracked(run):
             _train(run, layers)
+
+
+@contextmanager
+def _quiet_writers() -> Iterator[None]:
+    """Keeps threads that write the log of TensorBoard from printing errors of the system.
+
+    The training hears of them as soon as it logs again.
+    """
+    before = threading.excepthook
+
+    def report(failed: threading.ExceptHookArgs) -> None:
+        if not issubclass(failed.exc_type, OSError):
+            before(failed)
+
+    threading.excepthook = report
+    try:
+        yield
+    finally:
+        threading.excepthook = before
 
 
 def _train(run: Run, layers: Layers | None) -> None:
