@@ -240,7 +240,7 @@ class Simulation:
         for _ in range(clock.sensing // clock.control):
             motion = self._dynamics.advance(command, before.working, clock.physics // clock.sensing)
             motion[..., 2] = wrap(motion[..., 2])
-            motion.setflags(write=False)
+            motion.setflags(False)
             self._sensors.sense(motion)
         self._relations = frozen(relate(motion, before.goal, before.slot, before.side))
         task = self.params.task
@@ -296,8 +296,7 @@ class Simulation:
 
     def _sensed(self) -> Sensed:
         known = {name: getattr(self._state, name) for name in SITUATION}
-        sensors = self._sensors
-        return frozen(Sensed(measured=sensors.measured, estimate=sensors.estimate, **known))
+        return Sensed(measured=self._sensors.measured, estimate=self._sensors.estimate, **known)
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
         sensed, relations, occupied = self._sensed(), self._relations, self._occupied

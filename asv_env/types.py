@@ -50,7 +50,7 @@ def put_rows(record: Record, index: Any, new: Record) -> None:
 def frozen(record: Record) -> Record:
     """Makes the arrays of a record read-only, and returns the record."""
     for array in vars(record).values():
-        array.setflags(write=False)
+        array.setflags(False)  # ``write``: by name it takes four times as long
     return record
 
 

@@ -48,6 +48,7 @@ class Sensors:
     def restore(self, memory: dict[str, Any]) -> None:
         """Continues as the sensors did whose ``snapshot`` this is."""
         vars(self).update(memory)
+        self._freeze()
 
     def reset(
         self, index: np.ndarray, motion: Float, rngs: Mapping[int, np.random.Generator]
@@ -64,6 +65,7 @@ class Sensors:
         self.measured, self.estimate = self.measured.copy(), self.estimate.copy()
         self.measured[index] = noisy
         self.estimate[index] = noisy
+        self._freeze()
 
     def sense(self, motion: Float) -> None:
         """Measures the motion (W, B, 6) and advances the estimate by one sensing tick."""
@@ -74,6 +76,12 @@ class Sensors:
         predicted = self.estimate.copy()
         predicted[..., :3] += self._dt * predicted[..., 3:]
         self.estimate, _ = corrected(predicted, self.measured, self._gain)
+        self._freeze()
+
+    def _freeze(self) -> None:
+        """Makes measurement and estimate read-only: the next tick makes new ones."""
+        self.measured.setflags(False)
+        self.estimate.setflags(False)
 
     def _axes_gain(self, acceleration: float, yaw_acceleration: float) -> Float:
         """Returns the filter gain (2, 2, 3) of one hull's axes x, y and heading."""
