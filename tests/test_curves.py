@@ -1,9 +1,12 @@
 """``python -m train.curves``: what it draws of runs."""
 
 import csv
+import shutil
 
+import matplotlib
 import numpy as np
 import pytest
+from helpers import no_larger_than
 
 from train import curves
 
@@ -62,3 +65,29 @@ def test_what_cannot_be_drawn_is_named(words, message, runs, monkeypatch):
     monkeypatch.chdir(runs[0].parent)
     with pytest.raises(SystemExit, match=message):
         curves.main(words)
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+def test_a_picture_follows_from_its_runs_alone(suffix, runs, tmp_path):
+    """Not from settings of the user, nor from the time."""
+    words = [f"$both={runs[0]},{runs[1]}", "--title", "a $ sign", "--out"]
+    curves.main([*words, str(tmp_path / f"plain.{suffix}")])
+    with matplotlib.rc_context({"font.size": 30, "figure.facecolor": "red", "savefig.dpi": 10}):
+        curves.main([*words, str(tmp_path / f"other.{suffix}")])
+    pictures = [(tmp_path / f"{name}.{suffix}").read_bytes() for name in ("plain", "other")]
+    assert pictures[0] == pictures[1]
+
+
+def test_a_folder_with_an_equals_sign_is_a_run(runs, tmp_path):
+    shutil.copytree(runs[0], tmp_path / "lr=0.1,b")
+    file = tmp_path / "deep/curves.svg"
+    curves.main([str(tmp_path / "lr=0.1,b"), f"x={tmp_path / 'lr=0.1,b'}", "--out", str(file)])
+    assert file.exists()
+
+
+def test_on_a_full_disk_the_old_picture_stays(runs, tmp_path):
+    file = tmp_path / "curves.png"
+    file.write_text("old")
+    with no_larger_than(1000), pytest.raises(SystemExit, match=r"curves\.png cannot be .*free sp"):
+        curves.main([str(runs[0]), "--out", str(file)])
+    assert file.read_text() == "old"

@@ -146,8 +146,8 @@ class OutputFolder:
         return [name for name, entry in self._entries.items() if entry["complete"]]
 
     def holds(self, name: str, artefact: Artefact) -> bool:
-        """Returns whether an artefact is there, made with these options by this code."""
-        there = all((self._path / file).exists() for file in artefact.files(name))
+        """Returns whether an artefact is there, whole, made with these options by this code."""
+        there = all(_is_whole(self._path / file) for file in artefact.files(name))
         return there and self._ours(name) and self._entries[name]["complete"]
 
     def in_the_way(self, name: str, artefact: Artefact) -> list[str]:
@@ -173,6 +173,14 @@ def read_json(path: Path) -> Any:
         raise ValueError(
             f"{path} is damaged ({error}): remove it, or begin again with --overwrite"
         ) from error
+
+
+def _is_whole(path: Path) -> bool:
+    """Returns whether a file is there, and not damaged as far as that can be seen."""
+    try:
+        return path.stat().st_size > 0 and (path.suffix != ".json" or read_json(path) is not None)
+    except (OSError, ValueError):
+        return False
 
 
 def _entries(record: Path) -> dict[str, Any]:
