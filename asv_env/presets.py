@@ -140,7 +140,7 @@ def make_params(
         nominal_task = nominal_task.scaled(vessel.length / NOMINAL_LENGTH)
     sections = {"boat": boat, "vessel": vessel, "task": _merged(nominal_task, "task", layers)}
     if sections["task"].name != definition.name:
-        choice("task", sections["task"].name, TASKS)
+        choice("name of the task", sections["task"].name, TASKS)
         raise ValueError(
             f"task_params: its name is {sections['task'].name!r}, the task is "
             f"{definition.name!r}; leave the name out"
@@ -191,12 +191,13 @@ def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
         else:
             check_option(name, KNOWN)
     if flat:
-        given["task"] = {**_as_mapping(given.get("task", {}), "task"), **flat}
+        given["task"] = {**_as_mapping(given.get("task", {}), "task_params"), **flat}
     return given
 
 
 def _merged(base: Any, section: str, layers: tuple[Mapping[str, Any], ...]) -> Any:
     """Returns one section with the layers' overrides; later layers win."""
+    label = "task_params" if section == "task" else section
     for layer in layers:
         if section not in layer:
             continue
@@ -204,9 +205,9 @@ def _merged(base: Any, section: str, layers: tuple[Mapping[str, Any], ...]) -> A
         if isinstance(override, type(base)):
             base = override
         else:
-            changes = _as_mapping(override, section)
+            changes = _as_mapping(override, label)
             for name in changes:
-                choice(f"{section} parameter", name, [f.name for f in fields(base)])
+                choice(f"parameter of {label}", name, [f.name for f in fields(base)])
             if section in ("boat", "vessel") and {"length", "width", "mass"} & changes.keys():
                 changes.setdefault("inertia", None)  # It follows from what is given.
             base = replace(base, **changes)

@@ -103,7 +103,7 @@ class Registry(Mapping[str, T], Generic[T]):
         if given in self._entries or ":" not in given:
             kind = self._kind if option in (None, self._kind) else f"{self._kind} for {option}"
             return self._entry(choice(kind, given, self))
-        return self._checked(load(given), option)
+        return self._checked(load(given, option or self._kind), option)
 
     def _checked(self, thing: Any, option: str | None = None) -> Any:
         if self._fits is not None and not self._fits(thing):
@@ -130,42 +130,52 @@ class Registry(Mapping[str, T], Generic[T]):
         return len(self._entries)
 
 
-def load(word: str) -> Any:
+def load(word: str, option: str = "") -> Any:
     """Returns the attribute that ``"module:ATTRIBUTE"`` names.
 
     A module that is found nowhere else is looked for in the current folder, which then stays the
     last place where Python looks for modules. So no file there takes the place of a library.
 
+    Args:
+        word: the names of a module and of a thing in it.
+        option: for messages, the option that takes the word.
+
     Raises:
         LoadError: a word of another form, no such module or attribute, or an import that fails.
     """
+    given = f"{option} = {shown(word)}" if option else shown(word, str)
     module, _, name = word.partition(":")
     if not name.isidentifier() or not all(part.isidentifier() for part in module.split(".")):
+        raise LoadError(f"{given}: give 'module:NAME', the names of a module and of a thing in it")
+    try:
+        found = _imported(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module}.".startswith(f"{error.name}."):
+            raise _failed(given, module, error) from error
         raise LoadError(
-            f"{shown(word)}: give 'module:NAME', the names of a module and of a thing in it"
-        )
-    found = _imported(word, module)
+            f"{given}: No module named {error.name!r}, installed or in the current folder"
+        ) from error
+    except (Exception, SystemExit) as error:  # whatever the user's own code raises
+        raise _failed(given, module, error) from error
     try:
         return getattr(found, name)
     except AttributeError as error:
         raise LoadError(
-            f"{word}: the module {module} has no attribute {name!r}{_place(found)}"
+            f"{given}: the module {module} has no attribute {name!r}{_place(found)}"
         ) from error
 
 
-def _imported(word: str, module: str) -> ModuleType:
-    """Returns a module; LoadError where it is not found or its own code fails."""
+def _imported(module: str) -> ModuleType:
+    """Imports a module, also one of the current folder if there is no other of its name."""
     _look_here(module.partition(".")[0])
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name is None or not f"{module}.".startswith(f"{error.name}."):
-            raise _failed(word, module, error) from error
-        raise LoadError(
-            f"{word}: there is no module {error.name!r}, installed or in the current folder"
-        ) from error
-    except (Exception, SystemExit) as error:  # whatever the user's own code raises
-        raise _failed(word, module, error) from error
+    return importlib.import_module(module)
+
+
+def _failed(given: str, module: str, error: BaseException) -> LoadError:
+    return LoadError(
+        f"{given}: importing the module {module} failed with {type(error).__name__}: "
+        f"{shown(error, str)}"
+    )
 
 
 def _look_here(top: str) -> None:
@@ -178,13 +188,6 @@ def _look_here(top: str) -> None:
     importlib.invalidate_caches()
     if here not in sys.path and importlib.machinery.PathFinder.find_spec(top, [here]):
         sys.path.append(here)
-
-
-def _failed(word: str, module: str, error: BaseException) -> LoadError:
-    return LoadError(
-        f"{word}: importing the module {module} failed with {type(error).__name__}: "
-        f"{shown(error, str)}"
-    )
 
 
 def _place(module: ModuleType) -> str:

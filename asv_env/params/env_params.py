@@ -122,8 +122,8 @@ class EnvParams:
         clear += math.hypot(boat.length, boat.width) / 2
         if not self.definition.starts_grasped and task.start_distance[0] < clear:
             raise ValueError(
-                f"start_distance = {task.start_distance!r}: boats would start in the vessel; "
-                f"begin at {clear:.3g} m or more"
+                f"start_distance = {task.start_distance!r}: boats would start in the vessel, by "
+                f"the length and width of both; begin at {clear:.3g} m or more"
             )
         if walls is not None and task.start_distance[0] > walls:
             raise ValueError(
@@ -141,7 +141,8 @@ class EnvParams:
             if edge is not None and reach > edge:
                 raise ValueError(
                     f"{name} = {edge:g} m: boats in their slots on the vessel reach {reach:.3g} m "
-                    "from its centre; choose a larger basin, smaller hulls, or a smaller end_gap"
+                    "from its centre, by the length and width of both; choose a larger basin, "
+                    "smaller hulls, or a smaller end_gap"
                 )
         if task.goal is not None:
             self.checked_goal(task.goal)

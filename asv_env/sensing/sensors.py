@@ -124,9 +124,24 @@ def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: f
     It is (2, 2), of (pose, rate) to the innovation of (pose, rate). Standard deviations are those
     of the measured pose and rate, and of the mean over a tick of ``dt`` s of the acceleration,
     white noise.
+
+    Raises:
+        ValueError: the numbers are too far apart.
     """
     transition = np.array([[1.0, dt], [0.0, 1.0]])
     measured = np.diag(np.square(np.maximum([pose_noise, rate_noise], NO_NOISE)))
     drift = (acceleration * dt) ** 2 * np.array([[dt**2 / 3, dt / 2], [dt / 2, 1.0]])
-    predicted = solve_discrete_are(transition.T, np.eye(2), drift, measured)
-    return np.linalg.solve(predicted + measured, predicted).T
+    try:
+        predicted = solve_discrete_are(transition.T, np.eye(2), drift, measured)
+        gain: Float = np.linalg.solve(predicted + measured, predicted).T
+        share = gain.diagonal()
+        solved = bool((share >= 0.0).all() and (share < 1.0 + 1e-6).all())
+    except (ValueError, np.linalg.LinAlgError):
+        solved = False
+    if not solved:
+        raise ValueError(
+            f"sensors: no filter can be computed for an acceleration of {acceleration:g} and noise "
+            f"of {pose_noise:g} and {rate_noise:g} at {1 / dt:g} Hz: they are too far apart; "
+            "choose a larger acceleration or less noise"
+        )
+    return gain

@@ -64,7 +64,7 @@ def _goal(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> Fl
             return np.array(pose)
     raise ValueError(
         f"no goal at goal_distance = {params.task.goal_distance!r} m from the origin lies within "
-        f"{bound:g} m of it along both axes; bring goal_distance nearer or widen the basin"
+        f"{bound:g} m of it along both axes: bring goal_distance nearer, or widen arena and walls"
     )
 
 
@@ -140,7 +140,8 @@ def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Fl
     raise ValueError(
         f"{team} boats {apart:.3g} m apart do not fit at start_distance = "
         f"{params.task.start_distance!r} m from the vessel and within {bound:.3g} m of it along "
-        "both axes; widen start_distance or the basin, lower start_spacing, or use fewer boats"
+        "both axes: widen start_distance, arena and walls, lower start_spacing or the boats' "
+        "length and width, or use fewer boats"
     )
 
 
