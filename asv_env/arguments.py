@@ -58,7 +58,7 @@ def checked_action(action: Any, shape: tuple[int, ...]) -> Float:
         if given.dtype.kind not in "biufO":
             raise TypeError(f"they are of type {given.dtype}")
         command = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except Exception as error:  # whatever another library's array raises
         kind = type(action).__name__
         raise TypeError(f"action of type {kind}: give real numbers of shape {shape}") from error
     if command.shape != shape:

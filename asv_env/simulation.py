@@ -5,7 +5,7 @@ The adapters in ``envs`` only translate.
 
 import pickle
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,6 @@ from asv_env.types import (
     frozen,
     put_rows,
     rows,
-    zeros,
 )
 
 WORLDS_PER_SPACE = 128  #: number of worlds that share a Pymunk Space by default
@@ -95,13 +94,24 @@ class Simulation:
 
     def _make_records(self) -> None:
         """Allocates the records of all worlds; ``reset`` fills them."""
-        worlds, team = (self.num_worlds,), (self.num_worlds, self.params.num_boats)
-        situation = (*worlds, 3), worlds, team, team, worlds, (*team, 2), worlds, worlds
-        state = zeros(State, *situation, (*worlds, 1 + team[1], 6), (*team, 2), worlds)
-        state = replace(state, working=np.ones(team, dtype=np.bool_), side=np.ones(worlds))
-        self._ending = frozen(Ending(state.closed, state.closed, state.closed))
+        worlds, team = self.num_worlds, self.params.num_boats
+        none = np.zeros(worlds, dtype=np.bool_)
+        state = State(
+            motion=np.zeros((worlds, 1 + team, 6)),
+            goal=np.zeros((worlds, 3)),
+            tick=np.zeros(worlds, dtype=np.int64),
+            thrust=np.zeros((worlds, team, 2)),
+            working=np.ones((worlds, team), dtype=np.bool_),
+            slot=np.zeros((worlds, team), dtype=np.complex128),
+            side=np.ones(worlds),
+            touching=np.zeros((worlds, team, 2), dtype=np.bool_),
+            closed=none,
+            occupied_ticks=np.zeros(worlds, dtype=np.int64),
+            anchored=none,
+        )
+        self._ending = frozen(Ending(none, none, none))
         self._state = frozen(state)
-        self._relative_goal = np.zeros((*worlds, 3))
+        self._relative_goal = np.zeros((worlds, 3))
         self._relations = _relations(state)
         self._occupied = formation.occupied(self._relations, self.params.task)
         self._potentials = self._potentials_of(self._relations, state)

@@ -37,8 +37,9 @@ def test_an_action_is_taken_or_refused_by_name(action):
         np.zeros((1, 4, 2), dtype="m8[s]"),
         np.full((1, 4, 2), None),
         np.full((1, 4, 2), np.inf),
+        [[[10**400, 0]] * 4],
     ],
-    ids=["complex", "text", "time", "nothing", "infinite"],
+    ids=["complex", "text", "time", "nothing", "infinite", "huge"],
 )
 def test_an_action_of_the_right_shape_must_be_real_numbers(action):
     simulation = Simulation(PARAMS)
