@@ -250,7 +250,7 @@ class Simulation:
         for _ in range(clock.sensing // clock.control):
             motion = self._dynamics.advance(command, before.working, clock.physics // clock.sensing)
             motion[..., 2] = wrap(motion[..., 2])
-            motion.setflags(False)
+            motion.setflags(write=False)
             self._sensors.sense(motion)
         self._relations = frozen(relate(motion, before.goal, before.slot, before.side))
         task = self.params.task

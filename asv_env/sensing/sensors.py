@@ -80,8 +80,8 @@ class Sensors:
 
     def _freeze(self) -> None:
         """Makes measurement and estimate read-only: the next tick makes new ones."""
-        self.measured.setflags(False)
-        self.estimate.setflags(False)
+        self.measured.setflags(write=False)
+        self.estimate.setflags(write=False)
 
     def _axes_gain(self, acceleration: float, yaw_acceleration: float) -> Float:
         """Returns the filter gain (2, 2, 3) of one hull's axes x, y and heading."""
