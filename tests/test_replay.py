@@ -304,3 +304,25 @@ def test_all_fits_a_narrow_window(shown):
         shown.until(lambda: shown.run(f"return {canvas}.width") > 600)
     finally:
         shown.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_a_browser_that_cannot_unpack_episodes_says_so(driver, report, tmp_path):
+    old = tmp_path / "old.html"
+    old.write_text(
+        report.html.replace("<body>", "<body><script>delete DecompressionStream;</script>")
+    )
+    driver.get(old.as_uri())
+    needs = driver.find_element("css selector", '[data-replay="needs"]')
+    assert needs.is_displayed()
+    assert "needs JavaScript and a browser of 2023" in needs.text
+    assert not driver.find_element("css selector", '[data-replay="root"]').is_displayed()
+    assert not [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def test_pages_have_colours_in_browsers_that_know_no_newer_functions(report):
+    """A colour that a browser cannot read leaves text on no background."""
+    text = report.html
+    assert "light-dark(" not in text
+    light, dark = (dict(re.findall(r"(--\w+): (#\w+);", part)) for part in text.split(":root")[1:3])
+    assert light.keys() == dark.keys()
+    assert light["--paper"] != dark["--paper"]

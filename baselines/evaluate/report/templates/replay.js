@@ -169,7 +169,9 @@
     watchDensity();
   }
 
-  if (world.conditions.some(({ embedded }) => embedded)) {
+  const able = "DecompressionStream" in window;
+  part("needs").hidden = able;
+  if (able && world.conditions.some(({ embedded }) => embedded)) {
     choice.fill();
     part("root").hidden = false;
     listen();
