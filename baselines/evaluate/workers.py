@@ -15,14 +15,16 @@ import multiprocessing
 import os
 import re
 import signal
+import sys
 import threading
 import time
 import traceback
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any, Self
 
@@ -176,7 +178,7 @@ def _in_pool(
     try:
         while waiting or running:
             while waiting and len(running) < workers:
-                with _without_ctrl_c():  # as processes are started, which inherit it
+                with _starting():
                     begun = pool.submit(_run_batch, waiting[0].packed(), os.getpid())
                 running[begun] = waiting.popleft()
             broken = None
@@ -201,16 +203,21 @@ def _logs(batch: Job, done: Batch) -> Iterator[tuple[RunKey, PoseLog]]:
 
 
 @contextmanager
-def _without_ctrl_c() -> Iterator[None]:
-    """Keeps Ctrl-C from processes that this thread starts; the main thread hears it later."""
-    if not hasattr(signal, "pthread_sigmask"):
+def _starting() -> Iterator[None]:
+    """Surrounds what starts processes, which need streams to flush, and inherit blocked signals.
+
+    So Ctrl-C does not reach them; the main thread of this process hears of it afterwards.
+    """
+    with ExitStack() as stack:
+        if hasattr(signal, "pthread_sigmask"):
+            resource_tracker.ensure_running()  # which would unblock them
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            stack.callback(signal.pthread_sigmask, signal.SIG_SETMASK, before)
+        for name in ("stdout", "stderr"):
+            if getattr(sys, name) is None or getattr(getattr(sys, name), "closed", False):
+                stack.callback(setattr, sys, name, getattr(sys, name))
+                setattr(sys, name, stack.enter_context(open(os.devnull, "w")))
         yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _death(error: BaseException) -> str:

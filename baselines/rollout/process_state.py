@@ -62,7 +62,17 @@ def _attempt(function: Any, *arguments: Any) -> None:
 
 
 def _set_streams(*streams: Any) -> None:
-    sys.stdout, sys.stderr = streams
+    sys.stdout, sys.stderr = (_open(stream, number) for number, stream in enumerate(streams, 1))
+
+
+def _open(stream: Any, number: int) -> Any:
+    """Returns a standard stream, opened again if it was closed."""
+    if stream is None or not getattr(stream, "closed", False):
+        return stream
+    try:
+        return open(number, "w", encoding="utf-8", errors="backslashreplace", closefd=False)
+    except OSError:
+        return None
 
 
 def _set_filters(filters: list[Any]) -> None:
