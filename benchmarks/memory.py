@@ -8,12 +8,15 @@ import resource
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pandas as pd
 import tyro
 from subjects import PUSHING, UNCONSTRAINED, Situation, vector_subject
 from tqdm import trange
+
+from asv_env.checks import check_whole
+from baselines.rollout.commands import command
 
 LIMIT = 4.0  #: growth of the resident set that still counts as none, MiB
 
@@ -24,6 +27,10 @@ class Options:
 
     worlds: int = 1024  #: number of worlds
     steps: int = 1_000_000  #: number of world-steps in each situation
+
+    def __post_init__(self) -> None:
+        check_whole(self, "worlds", 1, 10**6)
+        check_whole(self, "steps", 1)
 
 
 def measure(situation: Situation, options: Options) -> dict[str, Any]:
@@ -50,15 +57,15 @@ def resident_mib() -> float:
     return pages * resource.getpagesize() / 2**20
 
 
-def main(options: Options) -> int:
-    """Measures and prints; returns 1 if memory grew."""
+def watch(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Watch the resident set over many steps of both situations; fails if memory grows."""
     rows = pd.DataFrame([measure(situation, options) for situation in (UNCONSTRAINED, PUSHING)])
     print(rows.to_string(index=False, float_format="{:.1f}".format))
-    grows = bool((rows["growth"] > LIMIT).any())
-    if grows:
-        print(f"Memory grew by more than {LIMIT} MiB.", file=sys.stderr)
-    return int(grows)
+    if (rows["growth"] > LIMIT).any():
+        sys.exit(f"Memory grew by more than {LIMIT} MiB.")
 
+
+main = command(watch, "python benchmarks/memory.py")
 
 if __name__ == "__main__":
-    sys.exit(main(tyro.cli(Options)))
+    main()

@@ -30,7 +30,7 @@ import time
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 from unittest import mock
 
 import pandas as pd
@@ -40,8 +40,10 @@ from stopwatch import Stopwatch
 from subjects import CLOCK, NUM_BOATS, Subject, all_subjects
 from tqdm import tqdm
 
+from asv_env import files
 from asv_env.checks import TINY, check_numbers, check_whole
 from baselines.rollout import provenance
+from baselines.rollout.commands import command
 
 SUBSTEPS = CLOCK["physics"] // CLOCK["control"]
 VMAS_SUBSTEPS = 1
@@ -67,15 +69,15 @@ class Options:
     worlds: tuple[int, ...] = (1, 64, 256, 1024)  #: numbers of worlds
     seconds: float = 0.5  #: length of a measurement, s
     rounds: int = 11  #: number of measurements of each subject
-    vmas: bool = True  #: compare with VMAS, if it is installed
+    vmas: tyro.conf.FlagCreatePairsOff[bool] = True  #: compare with VMAS, if it is installed
     out: Path | None = None  #: JSON file for all samples
-    overwrite: bool = False  #: replace that file
+    overwrite: tyro.conf.FlagCreatePairsOff[bool] = False  #: replace that file
 
     def __post_init__(self) -> None:
-        if min(self.worlds, default=0) < 1:
-            raise ValueError(f"--worlds {self.worlds}: must be at least 1")
+        if not self.worlds or not all(1 <= worlds <= 10**6 for worlds in self.worlds):
+            raise ValueError(f"--worlds {self.worlds}: must be from 1 to 1,000,000")
         check_numbers(self, "seconds", TINY)
-        check_whole(self, "rounds", 1)
+        check_whole(self, "rounds", 1, 10**6)
         if self.out is not None and self.out.exists() and not self.overwrite:
             raise ValueError(f"--out {self.out} exists: name another file, or use --overwrite")
 
@@ -174,8 +176,8 @@ def circumstances(options: Options) -> dict[str, Any]:
     }
 
 
-def main(options: Options) -> None:
-    """Measures, prints and writes."""
+def time_steps(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Time the whole environment step, compared with bare ``Space.step`` and with VMAS."""
     around = circumstances(options)
     samples = throughput(options)
     loads = f"{around['load_average'][0]:.1f} at the start, {os.getloadavg()[0]:.1f} at the end"
@@ -183,11 +185,12 @@ def main(options: Options) -> None:
     print(f"\n{table(samples)}\n")
     print(f"Load average {loads}, {around['cores']} cores, Python {around['python']}, {versions}")
     if options.out is not None:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
         rows = json.loads(samples.to_json(orient="records"))
         text = json.dumps({"circumstances": around, "samples": rows}, indent=2)
-        options.out.write_text(text + "\n", encoding="utf-8")
+        files.write_text(options.out, text + "\n")
 
+
+main = command(time_steps, "python benchmarks/throughput.py")
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, config=(tyro.conf.FlagCreatePairsOff,)))
+    main()

@@ -10,6 +10,7 @@ all of them.
 
 from contextlib import ExitStack
 from dataclasses import dataclass
+from typing import Annotated
 from unittest import mock
 
 import torch
@@ -18,8 +19,10 @@ from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stopwatch import Stopwatch
 
+from asv_env.checks import check_whole
 from asv_env.physics.basin import Basin
 from asv_env.physics.dynamics import Dynamics
+from baselines.rollout.commands import command
 from train.config import Config
 from train.sb3.ppo import Learner, TorchRolloutBuffer
 from train.sb3.vec_env import TrainingVecEnv
@@ -47,9 +50,13 @@ class Options:
     updates: int = 8  #: number of updates that are timed
     torch_threads: int = 2  #: number of threads of torch
 
+    def __post_init__(self) -> None:
+        check_whole(self, "updates", 1, 10**6)
+        check_whole(self, "torch_threads", 1, 1024)
 
-def main(options: Options) -> None:
-    """Prints what fraction of the time each part takes."""
+
+def time_parts(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Time the parts of a PPO training."""
     torch.set_num_threads(options.torch_threads)
     worlds = {"scenarios": options.scenarios, "num_envs": options.num_envs}
     config = Config(options.task).changed(worlds=worlds, ppo={"critic_updates": 0})
@@ -72,5 +79,7 @@ def main(options: Options) -> None:
         print(f"{part:8} {watch.seconds[part] / total:6.1%}")
 
 
+main = command(time_parts, "python benchmarks/training.py")
+
 if __name__ == "__main__":
-    main(tyro.cli(Options))
+    main()

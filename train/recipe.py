@@ -7,8 +7,9 @@ policy for Push and Transport, with two networks for every team and two for team
 its own; the same command resumes where it was stopped.
 """
 
+import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from asv_env.files import write_bytes
 from baselines.learned import policy_file
 from baselines.learned.policy_file import SUFFIX
 from baselines.rollout.commands import command
+from baselines.rollout.lock import locked
 from train.config import PRESETS, Config
 from train.run import BEST
 
@@ -124,11 +126,17 @@ def follow(seed: int = 0, out: Path | None = None, torch_threads: int = 2) -> No
     """
     from train.sb3 import training  # needs torch, which takes its time
 
-    out = out or Path(f"runs/train/recipe-{seed}")
+    out = Path(os.path.expanduser(out or f"runs/train/recipe-{seed}"))
+    with locked(out):
+        _follow(seed, out, torch_threads, training.train)
+
+
+def _follow(seed: int, out: Path, torch_threads: int, train: Callable[[Config], None]) -> None:
+    """Trains what is not trained yet, and joins the networks."""
     for name in TRAININGS:
         print(f"{name}: {out / name}", file=sys.stderr)
         config = config_of(name, out).changed(seed=seed, compute={"torch_threads": torch_threads})
-        training.train(config)
+        train(config)
         if config.init_from and not policy_file.read(out / name / BEST)[1]["timesteps"]:
             print(f"{name}: nothing better than its initial policy", file=sys.stderr)
     write_bytes(out / f"approach{SUFFIX}", _checked(out / APPROACH).read_bytes())

@@ -77,13 +77,13 @@ class Run:
 
     def _open(self, began_with: dict[str, Any] | None) -> None:
         config = self._check_folder()
+        remove_parts(self.folder)
         has_checkpoint = self.checkpoint.exists() or self.checkpoints.exists()
         if config is not None and has_checkpoint and not self.config.overwrite:
             self._check_same(config)
             return
         for name in OWN:
             remove(self.folder / name)
-        remove_parts(self.folder)
         options, version = self.config.learned(), observation.VERSION
         written = {"options": options, "began_with": began_with, "observation_version": version}
         self._write_config(written | {"id": uuid4().hex[:12]} | _software(self.config))
