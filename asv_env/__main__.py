@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
+import pettingzoo
 import tyro
 
 import asv_env
@@ -15,10 +16,15 @@ from asv_env.checks import choice
 from asv_env.params import ACTION_MODES
 
 LIBRARIES = {
-    "": ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk"),
-    "eval": ("joblib", "jinja2", "matplotlib", "pandas", "tqdm", "pygame-ce", "imageio"),
-    "train": ("stable-baselines3", "torch", "tensorboard"),
+    "": ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk", "tyro"),
+    "eval": (
+        *("filelock", "joblib", "jinja2", "matplotlib", "pandas", "tqdm", "pygame-ce", "pillow"),
+        *("imageio", "imageio-ffmpeg"),
+    ),
+    "train": ("stable-baselines3", "torch", "tensorboard", "rich"),
+    "torchrl": ("torchrl",),
     "rllib": ("ray",),
+    "bench": ("vmas",),
 }  #: what is reported, by the extra that installs it
 PICTURES = (".png",)  #: suffixes of pictures
 USES = """
@@ -62,8 +68,10 @@ def report() -> str:
         missing = f"not installed: pip install 'asv-env[{extra}]'"
         lines += [f"  {name:18} {_version(name) or missing}" for name in names]
     lines += ["", "Environments                 Gymnasium                PettingZoo"]
+    registered = hasattr(pettingzoo, "make")
     for task in TASKS:
-        gym_id, zoo_id = f"asv_env/{task.capitalize()}-v0", f"asv_env/{task}-v0"
+        gym_id = f"asv_env/{task.capitalize()}-v0"
+        zoo_id = f"asv_env/{task}-v0" if registered else "needs pettingzoo 1.27"
         lines += [f"  {task:26} {gym_id:24} {zoo_id}"]
     kinds = {"Scenarios": SCENARIOS, "Presets": PRESETS, "Action modes": ACTION_MODES}
     lines += ["", *(f"{kind:13} {', '.join(known)}" for kind, known in kinds.items())]

@@ -2,25 +2,50 @@
 
 from __future__ import annotations
 
+import importlib
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import imageio.v3 as imageio
+import pettingzoo
 import pytest
 from helpers import no_larger_than
 
 import asv_env
-from asv_env.__main__ import main
+from asv_env.__main__ import LIBRARIES, main
 
 
 def test_the_report_names_all_there_is(capsys: pytest.CaptureFixture[str]) -> None:
     main([])
     report = capsys.readouterr().out
-    for name in ("pymunk", asv_env.__version__, "asv_env/Push-v0", "asv_env/push-v0"):
+    for name in ("pymunk", asv_env.__version__, "asv_env/Push-v0"):
         assert name in report
     for name in (*asv_env.SCENARIOS, *asv_env.PRESETS):
         assert name in report
+
+
+def test_the_report_lists_all_that_the_extras_install() -> None:
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
+    extras = {"": project["dependencies"], **project["optional-dependencies"]}
+    extras.pop("dev")
+    installed = {re.match(r"[\w-]+", one)[0] for some in extras.values() for one in some}
+    assert {name for some in LIBRARIES.values() for name in some} == {"asv-env", *installed}
+    for requirement in (one for some in extras.values() for one in some):
+        assert re.search(r">=\d", requirement), f"{requirement} states no lowest version"
+
+
+def test_without_its_registry_pettingzoo_is_listed_as_too_old(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delattr(pettingzoo, "make", raising=False)
+    monkeypatch.delattr(pettingzoo, "parallel_registry", raising=False)
+    monkeypatch.delattr(pettingzoo, "register", raising=False)
+    importlib.reload(asv_env)
+    main([])
+    assert "needs pettingzoo 1.27" in capsys.readouterr().out
 
 
 def test_a_picture_is_written_and_never_overwritten_unasked(tmp_path: Path) -> None:
