@@ -1,5 +1,6 @@
 """Episodes in several processes: the same ones, whoever dies meanwhile."""
 
+import multiprocessing
 import os
 import signal
 import sqlite3
@@ -14,16 +15,18 @@ from pathlib import Path
 import joblib
 import numpy as np
 import pytest
-from command_line import run
+from command_line import refused, run
+from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from asv_env import make_params
 from asv_env.tasks import TASKS, Term
-from baselines.evaluate import workers
+from baselines.evaluate import compare, workers
+from baselines.evaluate.conditions import Condition
 from baselines.evaluate.policy_sources import PolicySource, find
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import RunKey
 from baselines.evaluate.workers import Job, WorkerError
-from baselines.policy import Idle
+from baselines.policy import POLICIES, Idle
 from baselines.rollout import trajectories
 from baselines.rollout.episodes import Label
 
@@ -223,43 +226,110 @@ def stored(folder):
         return 0
 
 
-class Dies(Idle):
+class Exits(Idle):
     """Ends its process, as a crash of a library does."""
 
-    how = staticmethod(lambda: os.kill(os.getpid(), signal.SIGKILL))
-
     def act(self, *arguments):
-        self.how()
-
-
-class Exits(Dies):
-    how = staticmethod(lambda: os._exit(7))
-
-
-class Crashes(Dies):
-    how = staticmethod(lambda: os.kill(os.getpid(), signal.SIGSEGV))
+        os._exit(7)
 
 
 @pytest.mark.usefixtures("own_modules")
-@pytest.mark.parametrize(
-    ("policy", "message"),
-    [
-        (Dies, r"Dies, short, seeds 0 to 1: its process was killed \(SIGKILL\); if memory"),
-        (Exits, r"Exits, short, seeds 0 to 1: its process ended with exit code 7"),
-        (Crashes, r"Crashes, short, seeds 0 to 1: its process was ended by the signal SIGSEGV"),
-    ],
-)
-def test_the_policy_that_kills_its_worker_is_named_and_others_are_finished(policy, message):
+def test_the_policy_that_kills_its_worker_is_named_and_others_are_finished():
     found = []
-    running = workers.run([job(policy, range(4)), job(Idle, range(4))], 2)
-    with pytest.raises(WorkerError, match=message):
+    running = workers.run([job(Exits, range(4)), job(Idle, range(4))], 2)
+    with pytest.raises(WorkerError, match="Exits, short, seeds 0 to 1: its process ended with"):
         found.extend((key.policy, log.episode.seed) for key, log in running)
     assert sorted(found) == [("Idle", seed) for seed in range(4)]
 
 
+@pytest.mark.parametrize(
+    ("codes", "text"),
+    [
+        ("SIGKILL(-9)", "was killed (SIGKILL); if memory has run out"),
+        ("SIGSEGV(-11)", "was ended by the signal SIGSEGV"),
+        ("EXIT(3)", "ended with exit code 3"),
+        ("EXIT(0)", "ended with exit code 0"),
+        ("nothing", "has failed"),
+    ],
+)
+def test_deaths_are_told_apart(codes, text):
+    error = BrokenProcessPool(f"The exit codes of the workers are {{{codes}}}")
+    assert text in workers._death(error)
+    assert ("memory" in workers._death(error)) == ("KILL" in codes)
+
+
 def test_one_worker_is_a_process_of_its_own():
-    with pytest.raises(WorkerError, match="exit code 7"):
-        rows([job(Exits, range(1))], 1)
+    """It does not hear Ctrl-C, and gets what it needs where there are no standard streams."""
+
+    class Tells(Idle):
+        def act(self, *arguments):
+            blocked = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+            raise ValueError(os.getpid() != parent, blocked)
+
+    parent = os.getpid()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "stdout", None)
+        patch.setattr(sys, "stderr", None)
+        ((_, row),) = rows([job(Tells, range(1))], 1)
+    assert row.error == "ValueError: (True, True)"
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_a_process_that_may_have_no_children_runs_everything_itself(monkeypatch):
+    monkeypatch.setitem(multiprocessing.current_process()._config, "daemon", True)
+    assert len(rows([job(local_policy(), range(3))], 2)) == 3
+
+
+def test_two_comparisons_at_once_do_not_disturb_each_other(tmp_path):
+    """Each has its workers and its folder; the first to end does not end those of the other."""
+    found, short = {}, Condition("short", task="push", options={"time_limit": 0.5})
+
+    def go(number):
+        found[number] = compare(
+            {"random": "random"}, short, 2 + 10 * number, tmp_path / str(number), workers=1,
+            num_envs=2, progress=False,
+        )  # fmt: skip
+
+    threads = [threading.Thread(target=go, args=(number,)) for number in (0, 1)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [len(found[number].episodes) for number in (0, 1)] == [2, 12]
+    assert found[0].episodes.equals(found[1].episodes.head(2))
+
+
+@pytest.mark.usefixtures("no_report")
+def test_sigterm_ends_a_run_in_a_line_and_is_the_users_afterwards(tmp_path, monkeypatch):
+    class Ends(Idle):
+        def act(self, *arguments):
+            os.kill(os.getpid(), signal.SIGTERM)
+            return super().act(*arguments)
+
+    monkeypatch.setattr(POLICIES, "_entries", {**POLICIES._entries, "ends": Ends})
+    arguments = ["--task", "push", "--episodes", 1, "--policies", "ends", "--workers", 0]
+    with pytest.raises(SystemExit) as stopped:
+        run(*arguments, "--out", tmp_path)
+    assert stopped.value.code.splitlines()[1] == "stopped by SIGTERM"
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+@pytest.mark.usefixtures("no_report")
+def test_a_module_that_begins_an_evaluation_when_it_is_imported_is_refused(
+    tmp_path, monkeypatch, capsys
+):
+    text = """
+        from baselines import evaluate
+        from baselines.policy import Idle as Bare
+        evaluate.main("--task push --episodes 1 --policies bare_script:Bare --workers 1".split())
+    """
+    (tmp_path / "bare_script.py").write_text(textwrap.dedent(text))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    arguments = ["--task", "push", "--episodes", 1, "--out", tmp_path / "none"]
+    message = refused(capsys, *arguments, "--policies", "bare_script:Bare")
+    assert 'if __name__ == "__main__"' in message
+    assert not (tmp_path / "none").exists()
 
 
 def test_a_policy_that_cannot_be_sent_is_named():

@@ -154,6 +154,8 @@ def _run_local(
             if not running:
                 raise WorkerError(f"no worker process can be started: {_death(broken)}") from broken
             for suspect in running.values():
+                if suspect.key in dead:
+                    continue
                 try:
                     yield from _in_pool(deque([suspect]), {}, 1, packed)
                 except BrokenProcessPool as error:
