@@ -1,6 +1,5 @@
 """What docs/extend.md shows works through every adapter, in the evaluation and in training."""
 
-import importlib
 import re
 import sys
 from pathlib import Path
@@ -12,6 +11,7 @@ from helpers import begin_at, bodies
 
 import asv_env
 from asv_env import make_params
+from asv_env.registry import load
 from asv_env.sensing.observation import NAMES
 from asv_env.simulation import Simulation
 from baselines.evaluate import compare
@@ -37,9 +37,10 @@ def mine(tmp_path, monkeypatch):
     """The module ``mine`` of the page, in the current folder."""
     (tmp_path / "mine.py").write_text("\n".join(PIECES))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.delitem(sys.modules, "mine", raising=False)
-    return importlib.import_module("mine")
+    load("mine:STEADY")
+    return sys.modules["mine"]
 
 
 def options(name, mine):

@@ -121,16 +121,19 @@ def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Fl
     boat, team = params.boat, params.num_boats
     apart = params.task.start_spacing * max(boat.length, boat.width)
     bound = _bound(params, max(boat.length, math.hypot(boat.length, boat.width) / 2))
-    boats = np.empty(0, dtype=np.complex128)
+    boats, found = np.empty(0, dtype=np.complex128), 0
     for attempt in range(2 * TRIES if near <= math.sqrt(2) * bound else 0):
         if len(boats) == team:
             return boats, rng.uniform(-np.pi, np.pi, team)
+        if attempt == TRIES and found > TRIES / 100:
+            break  # It is crowded.
         if attempt < TRIES:
             radius = np.sqrt(rng.uniform(near**2, far**2))
             candidate = radius * np.exp(1j * rng.uniform(-np.pi, np.pi))
-        else:  # Hardly any of the ring lies within the bound, or it is crowded.
+        else:  # Hardly any of the ring lies within the bound.
             candidate = _in_ring(rng, near, far, bound)
         inside = max(abs(candidate.real), abs(candidate.imag)) <= bound
+        found += inside
         if inside and np.all(np.abs(boats - candidate) >= apart):
             boats = np.append(boats, candidate)
     places = _arranged(near, far, apart, bound, team)
