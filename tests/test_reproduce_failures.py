@@ -1,5 +1,6 @@
 """Reproduction: full disks, damaged files, a second run, and settings of the user."""
 
+import inspect
 import json
 import shutil
 
@@ -129,6 +130,15 @@ def test_folders_that_cannot_be_are_refused_in_one_line(name, tmp_path, capsys, 
         run("--only", "fig3", "--out", name)
     assert stopped.value.code == 2 or "\n" not in str(stopped.value)
     assert (tmp_path / "file").read_text() == "precious"
+
+
+def test_captions_do_not_depend_on_docstrings_that_are_kept(monkeypatch):
+    """``python -OO`` drops them."""
+    figure = contents.ARTEFACTS["fig3"]
+    caption = figure.caption
+    assert caption == inspect.getdoc(figure.make)
+    monkeypatch.setattr(figure.make, "__doc__", None)
+    assert figure.caption == caption
 
 
 def test_the_marks_name_what_they_need():

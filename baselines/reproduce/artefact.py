@@ -5,12 +5,14 @@ which is also how a run that was stopped continues; what was made with others is
 that is asked for.
 """
 
+import ast
 import inspect
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from textwrap import dedent
 from typing import Any, ClassVar
 
 from asv_env.files import write_text
@@ -56,8 +58,13 @@ class Artefact(ABC):
 
     @property
     def caption(self) -> str:
-        """What it shows: the docstring of the function that makes it."""
-        return inspect.getdoc(self.make) or ""
+        """What it shows: the docstring of the function that makes it, from its source.
+
+        ``python -OO`` keeps no docstrings.
+        """
+        (function,) = ast.parse(dedent(inspect.getsource(self.make))).body
+        assert isinstance(function, ast.FunctionDef)
+        return ast.get_docstring(function) or ""
 
     def build(self, name: str, job: Job, folder: Path) -> None:
         """Makes it from the studies in the folder, and writes its files there."""
