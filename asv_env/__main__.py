@@ -19,7 +19,7 @@ LIBRARIES = {
     "": ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk", "tyro"),
     "eval": (
         *("filelock", "joblib", "jinja2", "matplotlib", "pandas", "tqdm", "pygame-ce", "pillow"),
-        *("imageio", "imageio-ffmpeg"),
+        *("imageio", "imageio-ffmpeg", "cloudpickle"),
     ),
     "train": ("stable-baselines3", "torch", "tensorboard", "rich"),
     "torchrl": ("torchrl",),
