@@ -122,6 +122,12 @@ def test_the_way_in_which_files_are_checked_out_does_not_count(change, tree):
     assert not rewritten(tree, "baselines/scripted/grasp_controller.py", change)
 
 
+def test_a_library_without_metadata_is_of_an_unknown_version():
+    found = provenance.versions(["numpy", "no-such-library"])
+    assert found["no-such-library"] == "unknown"
+    assert found["numpy"][0].isdigit()
+
+
 def test_an_installation_without_source_is_refused(tree, tmp_path):
     with pytest.raises(ValueError, match=r"asv_env has no source .*: install it with its source"):
         provenance.code(tree=tmp_path)

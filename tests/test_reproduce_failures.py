@@ -132,6 +132,14 @@ def test_folders_that_cannot_be_are_refused_in_one_line(name, tmp_path, capsys, 
     assert (tmp_path / "file").read_text() == "precious"
 
 
+def test_a_home_folder_is_expanded_and_nothing_is_made_of_nothing(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert "name one at least" in refusal(capsys, "--only", "--out", "~/none")
+    run("--only", "fig3", "--out", "~/runs")
+    assert (tmp_path / "runs/fig3.png").exists()
+    assert not (tmp_path / "none").exists()
+
+
 def test_captions_do_not_depend_on_docstrings_that_are_kept(monkeypatch):
     """``python -OO`` drops them."""
     figure = contents.ARTEFACTS["fig3"]

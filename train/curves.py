@@ -5,6 +5,7 @@ runs of a name, at their common evaluations; the band is its 95 % interval by St
 a run alone, Wilson's interval of its success.
 """
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -134,6 +135,7 @@ def plot(
     """
     if not 1 <= len(curves) <= len(palette.SERIES):
         raise ValueError(f"{len(curves)} curves: 1 to {len(palette.SERIES)} fit into a picture")
+    out = Path(os.path.expanduser(out))
     choice("kind of picture", out.suffix, SUFFIXES)
     found: dict[str, Curve] = {}
     for word in curves:

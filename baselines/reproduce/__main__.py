@@ -1,5 +1,6 @@
 """The command line: ``python -m baselines.reproduce``."""
 
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,6 +40,11 @@ class Options:
     overwrite: bool = False  #: replace what was made with other options or other code
 
     def __post_init__(self) -> None:
+        if not self.only:
+            raise ValueError(f"--only: name one at least of {', '.join(ARTEFACTS)}")
+        for name in ("out", "page"):
+            if (path := getattr(self, name)) is not None:
+                object.__setattr__(self, name, Path(os.path.expanduser(path)))
         for name in self.only:
             choice("figure or table", name, ARTEFACTS)
         check_whole(self, "seed", 0)

@@ -160,5 +160,12 @@ def _git(folder: Path, *words: str) -> str:
 
 
 def versions(libraries: Iterable[str]) -> dict[str, str]:
-    """Returns the installed versions of libraries, by name."""
-    return {library: metadata.version(library) for library in libraries}
+    """Returns the installed versions of libraries, by name; "unknown" where they say none."""
+    return {library: _version(library) for library in libraries}
+
+
+def _version(library: str) -> str:
+    try:
+        return str(metadata.version(library))
+    except metadata.PackageNotFoundError:
+        return "unknown"

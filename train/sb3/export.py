@@ -44,7 +44,11 @@ def check(run: Path) -> float:
             raise FileNotFoundError(f"{needed} does not exist; has the run been evaluated yet?")
     phase, card = policy_file.read_single(file)
     network = _network(model, phase.metadata.activation)
-    params = make_params(card["options"]["task"], observation=phase.metadata.observation)
+    try:
+        task = card["options"]["task"]
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{file}: its model card has no options of a training") from error
+    params = make_params(task, observation=phase.metadata.observation)
     policy = NetworkPolicy(phase.layers, phase.metadata, params)
 
     def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:

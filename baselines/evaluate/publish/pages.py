@@ -75,7 +75,7 @@ def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
     texts = {
         options.page: _overview_in(readme, options.page, published),
         options.results / "README.md": page(published),
-        policy_file.FOLDER / "README.md": model_cards.page(policy_file.FOLDER),
+        policy_file.FOLDER / "README.md": _cards(policy_file.FOLDER),
     }
     for results in published:
         folder = options.results / results.suite.name
@@ -83,6 +83,14 @@ def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
         if file.exists():
             texts[folder / "report.md"] = summaries.markdown(file, results, summaries.read(file))
     return texts
+
+
+def _cards(folder: Path) -> str:
+    """Returns the page of the model cards in a folder; ValueError where one lacks something."""
+    try:
+        return model_cards.page(folder)
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
+        raise ValueError(f"{folder}: a model card lacks {error}, train the policy again") from error
 
 
 def _overview_in(text: str, page: Path, published: Sequence[Results]) -> str:

@@ -20,6 +20,8 @@ def read(file: Path) -> dict[str, Any]:
         ValueError: the file is damaged, or not one.
         FileNotFoundError: there is none.
     """
+    if not file.exists():
+        raise FileNotFoundError(f"{file} does not exist: is its folder that of a run?")
     try:
         found = json.loads(file.read_bytes().decode())
     except (ValueError, RecursionError) as error:
