@@ -54,8 +54,7 @@ def test_whatever_is_typed_is_taken_or_refused_in_one_line(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(command.tyro, "cli", lambda *_, **__: options)
         patch.setattr("baselines.evaluate.api.Store", lambda *_: (_ for _ in ()).throw(Asked))
-        patch.setattr("baselines.evaluate.policy_sources.check_fit", lambda *_: None)
-        patch.setattr("baselines.evaluate.request.check_fit", lambda *_: None)
+        patch.setattr("baselines.evaluate.workers.check_fit", lambda *_: None)
         patch.setattr("sys.stderr", printed := Printed())
         with pytest.raises((SystemExit, Asked)) as stopped:
             command.main([])

@@ -21,6 +21,7 @@ from joblib.externals.loky.process_executor import BrokenProcessPool
 from asv_env import make_params
 from asv_env.tasks import TASKS, Term
 from baselines.evaluate import compare, workers
+from baselines.evaluate.api import InputError
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.policy_sources import PolicySource, find
 from baselines.evaluate.store import NAME as STORE
@@ -242,6 +243,15 @@ def test_the_policy_that_kills_its_worker_is_named_and_others_are_finished():
     assert sorted(found) == [("Idle", seed) for seed in range(4)]
 
 
+@pytest.mark.usefixtures("own_modules")
+def test_a_policy_that_ends_its_process_at_once_is_refused_by_name(tmp_path):
+    short = Condition("short", task="push", options={"time_limit": 0.5})
+    policies = {"idle": "idle", "fatal": Exits}
+    with pytest.raises(InputError, match="fatal: its process ended with exit code 7, as it was"):
+        compare(policies, short, 1, tmp_path / "none", workers=1, progress=False)
+    assert not (tmp_path / "none").exists()
+
+
 @pytest.mark.parametrize(
     ("codes", "text"),
     [
@@ -336,7 +346,7 @@ def test_a_policy_that_cannot_be_sent_is_named():
     class Locked(Idle):
         lock = threading.Lock()
 
-    message = "Locked, short, seeds 0 to 3: the policy or the task cannot be sent .*lock.*workers 0"
+    message = "Locked, short, seeds 0 to 3: the policy or the task cannot be sent .*lock.*workers=0"
     with pytest.raises(WorkerError, match=message):
         rows([job(Locked, range(4))], 2)
     assert len(rows([job(Locked, range(4))], 0)) == 4

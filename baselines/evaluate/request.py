@@ -16,7 +16,6 @@ from baselines.evaluate import workers
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.policy_sources import (
     PolicySource,
-    check_fit,
     fingerprint,
     identify,
     own_functions,
@@ -61,7 +60,7 @@ class Request:
         check_whole("episodes", self.suite.episodes, 1, MOST_EPISODES)
         if os.path.lexists(self.out) and not self.out.is_dir():
             raise FileExistsError(f"{self.out} is no folder: choose another one (out=...)")
-        check_fit(self.policies, self.suite)
+        workers.check_fit(self.policies, self.suite, self.workers)
         present = [name for name in FILES if (self.out / name).exists()]
         if present and not (self.out / STORE).exists() and not self.overwrite:
             raise FileExistsError(

@@ -20,7 +20,7 @@ import threading
 import time
 import traceback
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -34,6 +34,8 @@ from joblib.externals.loky.process_executor import BrokenProcessPool, ProcessPoo
 from joblib.parallel import LokyBackend, get_active_backend
 
 from asv_env.params import EnvParams
+from baselines.evaluate import policy_sources
+from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import PolicySource, importing
 from baselines.evaluate.store import RunKey
 from baselines.rollout import runner, trajectories
@@ -44,6 +46,7 @@ from baselines.rollout.process_state import neutral, restored
 POLL = 0.5  #: time between two looks of a worker at whether its parent is alive, s
 WATCH = "watch of the parent"  #: name of the thread that looks
 LONGEST = 500  #: largest number of characters of an error of a worker
+THREADS = dict.fromkeys(LokyBackend.MAX_NUM_THREADS_VARS, "1")  #: environment of a worker
 KILLED = "SIGKILL"  #: the signal that ends a process when memory runs out
 
 Batch = tuple[list[PoseLog], str]
@@ -83,26 +86,67 @@ class Job:
         for first in range(0, len(self.seeds), size):
             yield replace(self, seeds=self.seeds[first : first + size])
 
-    def packed(self) -> bytes:
-        """Returns the job as it is sent to a worker.
-
-        Raises:
-            WorkerError: its policy or its task cannot be sent.
-        """
-        try:
-            return bytes(cloudpickle.dumps(self))
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            raise WorkerError(
-                f"{self}: the policy or the task cannot be sent to another process "
-                f"({described(error)}): use --workers 0, which runs it in this one"
-            ) from error
-
     def __str__(self) -> str:
         first, last = self.seeds[0], self.seeds[-1]
         seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
         return f"{self.key.policy}, {self.key.condition}, {seeds}"
+
+
+def check_fit(policies: Mapping[str, Sequence[PolicySource]], suite: Suite, workers: int) -> None:
+    """Checks policies as ``policy_sources.check_fit``, in a process that they may crash.
+
+    It is this one where ``run`` would run the episodes in it, or elsewhere.
+
+    Raises:
+        ValueError: a policy does not fit, cannot be sent to a process, or ends it.
+    """
+    if _runs_here(workers) or not isinstance(get_active_backend()[0], LokyBackend):
+        policy_sources.check_fit(policies, suite)
+        return
+    pool = ProcessPoolExecutor(1, env=THREADS)
+    try:
+        for name, trainings in policies.items():
+            with _starting():
+                begun = pool.submit(_check, _packed(name, ({name: trainings}, suite)), os.getpid())
+            if wrong := begun.result():
+                raise ValueError(wrong)
+    except BrokenProcessPool as error:
+        raise ValueError(
+            f"{name}: its process {_death(error)}, as it was made or decided for the first time"
+        ) from error
+    finally:
+        pool.shutdown(wait=True, kill_workers=True)
+
+
+def _runs_here(workers: int) -> bool:
+    """Returns whether everything runs in this process."""
+    in_threads = getattr(get_active_backend()[0], "uses_threads", False)
+    return workers == 0 or in_threads or multiprocessing.current_process().daemon
+
+
+def _packed(name: str, content: Any) -> bytes:
+    """Returns what is sent to a worker; ValueError where it cannot be."""
+    try:
+        return bytes(cloudpickle.dumps(content))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise ValueError(
+            f"{name}: the policy or the task cannot be sent to another process "
+            f"({described(error)}): use workers=0, which runs it in this one"
+        ) from error
+
+
+def _check(packed: bytes, parent: int) -> str:
+    """Returns what is wrong with a policy, "" nothing."""
+    _watch_parent(parent)
+    try:
+        with importing():
+            policies, suite = cloudpickle.loads(packed)
+        policy_sources.check_fit(policies, suite)
+    except BaseException as error:
+        return one_line(str(error), LONGEST) if isinstance(error, ValueError) else described(error)
+    return ""
 
 
 def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
@@ -115,14 +159,15 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
     Raises:
         WorkerError: a worker has failed or was killed; all others have done their work.
     """
-    backend, _ = get_active_backend()
-    in_threads = getattr(backend, "uses_threads", False)
-    if workers == 0 or in_threads or multiprocessing.current_process().daemon:
+    if _runs_here(workers):
         yield from _run_here(jobs)
         return
-    local = isinstance(backend, LokyBackend)
+    local = isinstance(get_active_backend()[0], LokyBackend)
     batches = [b for job in jobs for b in job.batches(workers if local else effective_n_jobs())]
-    packed = [job.packed() for job in jobs]
+    try:
+        packed = [_packed(str(job), job) for job in jobs]
+    except ValueError as error:
+        raise WorkerError(str(error)) from error
     yield from _run_local(deque(batches), workers, packed) if local else _run_elsewhere(batches)
 
 
@@ -135,7 +180,9 @@ def _run_here(jobs: Sequence[Job]) -> Iterator[tuple[RunKey, PoseLog]]:
 
 def _run_elsewhere(batches: Sequence[Job]) -> Iterator[tuple[RunKey, PoseLog]]:
     """Yields the episodes of batches that run where joblib decides."""
-    tasks = [delayed(_run_numbered)(k, b.packed(), os.getpid()) for k, b in enumerate(batches)]
+    tasks = [
+        delayed(_run_numbered)(k, _packed(str(b), b), os.getpid()) for k, b in enumerate(batches)
+    ]
     options = {"return_as": "generator_unordered", "batch_size": 1, "max_nbytes": None}
     for number, done in Parallel(**options)(tasks):
         yield from _logs(batches[number], done)
@@ -174,14 +221,13 @@ def _in_pool(
     process imports the modules of all jobs (``packed``) first, as this one has done, so that no
     policy depends on which others have run in its process.
     """
-    threads = dict.fromkeys(LokyBackend.MAX_NUM_THREADS_VARS, "1")
     number = min(workers, len(waiting))
-    pool = ProcessPoolExecutor(number, initializer=_load, initargs=(packed,), env=threads)
+    pool = ProcessPoolExecutor(number, initializer=_load, initargs=(packed,), env=THREADS)
     try:
         while waiting or running:
             while waiting and len(running) < workers:
                 with _starting():
-                    begun = pool.submit(_run_batch, waiting[0].packed(), os.getpid())
+                    begun = pool.submit(_run_batch, _packed("", waiting[0]), os.getpid())
                 running[begun] = waiting.popleft()
             broken = None
             for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -246,12 +292,8 @@ def _run_numbered(number: int, packed: bytes, parent: int) -> tuple[int, Batch]:
 
 
 def _run_batch(packed: bytes, parent: int) -> Batch:
-    """Runs a batch; a worker of the process ``parent`` leaves Ctrl-C to it, and ends with it."""
-    if os.getppid() == parent:
-        if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-        if WATCH not in {thread.name for thread in threading.enumerate()}:
-            threading.Thread(target=_watch, args=(parent,), name=WATCH, daemon=True).start()
+    """Runs a batch, whose failures are only text: errors of others may not be sendable."""
+    _watch_parent(parent)
     logs: list[PoseLog] = []
     try:
         with importing():
@@ -263,6 +305,16 @@ def _run_batch(packed: bytes, parent: int) -> Batch:
     except BaseException as error:
         return logs, "".join(traceback.format_exception(error))
     return logs, ""
+
+
+def _watch_parent(parent: int) -> None:
+    """Has a worker of the process ``parent`` leave Ctrl-C to it, and end with it."""
+    if os.getppid() != parent:
+        return
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if WATCH not in {thread.name for thread in threading.enumerate()}:
+        threading.Thread(target=_watch, args=(parent,), name=WATCH, daemon=True).start()
 
 
 def _watch(parent: int) -> None:
