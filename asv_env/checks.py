@@ -80,7 +80,7 @@ def check_option(name: str, known: Iterable[str]) -> None:
 def nearest(value: object, names: Sequence[str]) -> str:
     """Returns " Did you mean ...?" with the name that is most like a text, or nothing."""
     word = value[:SHOWN] if isinstance(value, str) else ""
-    near = difflib.get_close_matches(word, names, n=1, cutoff=0.4)
+    near = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
     return f" Did you mean {near[0]!r}?" if near else ""
 
 

@@ -18,7 +18,7 @@ from asv_env import FEATURES, HULLS, PRESETS, SCENARIOS, TASKS, Simulation, make
 from asv_env.checks import Name, Number, Pair, UnknownOptionError, Whole, fields_checked
 from asv_env.params import BoatParams, EnvParams, TaskParams, VesselParams, WaterParams
 from asv_env.presets import SECTIONS, TASK_OPTIONS
-from asv_env.sensing.observation import NAMES, scalar
+from asv_env.sensing.observation import NAMES, Feature, scalar
 from asv_env.tasks import TRANSPORT, Task
 
 ARGUMENTS = [n for n in inspect.signature(make_params).parameters if n != "options"]
@@ -361,6 +361,22 @@ def test_the_widest_ranges_hold_for_the_largest_team():
 def test_the_vessel_grows_with_wide_boats_of_every_team(team):
     params = make_params(num_boats=team, boat={"width": 0.3}, start_distance=(2.0, 4.0))
     assert params.pitch >= 0.3
+
+
+@pytest.mark.parametrize(
+    ("scale", "bound", "columns"),
+    [
+        ((1.0,), (1.0, 1.0), ()),
+        ((), (), ()),
+        ((0.0,), (1.0,), ()),
+        ((1.0,), (math.nan,), ()),
+        ((1.0,), (1.0,), ("a", "b")),
+    ],
+)
+def test_feature_whose_columns_do_not_match_is_refused_when_it_is_made(scale, bound, columns):
+    with pytest.raises(ValueError, match="feature 'odd'"):
+        Feature("odd", None, scale, bound, columns)
+    assert Feature("odd", None, (1.0, None), [2, 2]).columns == ("odd_1", "odd_2")
 
 
 def test_names_and_definitions_are_checked_by_their_class():

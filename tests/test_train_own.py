@@ -62,7 +62,7 @@ def test_it_has_the_preset_of_its_kind(own):
     ("options", "message"),
     [
         (("--task", "own_task:SHORTER"), "no attribute 'SHORTER'"),
-        (("--task", "own_task:MURKY"), "must name an asv_env.tasks.Task"),
+        (("--task", "own_task:MURKY"), "give the name of a task"),
         (("--task", "nowhere:TASK"), "nowhere"),
         (("--observation", "slott"), "Did you mean 'slot'"),
     ],

@@ -44,7 +44,8 @@ class Feature:
             (W, 1) for one column, complex x + iy for two, (W, A, n) for n columns.
         scale: divisor of each column; ``LENGTH`` stands for the vessel's length.
         bound: magnitude to which each column is clipped after scaling.
-        columns: names of the columns; by default the name of the feature.
+        columns: names of the columns; by default the name of the feature, with numbers for
+            several.
     """
 
     name: str
@@ -56,6 +57,19 @@ class Feature:
     def __post_init__(self) -> None:
         for name in ("scale", "bound", "columns"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
+        width = len(self.scale)
+        numbers = [*self.bound, *(one for one in self.scale if one is not LENGTH)]
+        usable = all(np.isfinite(number) and number for number in numbers)
+        if not width or len(self.bound) != width or not usable:
+            raise ValueError(
+                f"feature {self.name!r}: scale = {self.scale!r} and bound = {self.bound!r}: give "
+                "one of each for every column, finite and not zero"
+            )
+        if not self.columns and width > 1:
+            columns = tuple(f"{self.name}_{k + 1}" for k in range(width))
+            object.__setattr__(self, "columns", columns)
+        if len(self.columns or (self.name,)) != width:
+            raise ValueError(f"feature {self.name!r}: give a name for each of {width} columns")
 
 
 def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:

@@ -121,7 +121,9 @@ PUBLISHED = (
     Suite("team-v1", "Teams of 2 to 32 boats; the vessel grows with them.", _teams(), 5_000_000),
     Suite("shape-v1", "Vessels of other shapes, and one without fins.", _shapes(), 6_000_000),
 )
-SUITES: Registry[Suite] = Registry("suite", {s.name: s for s in PUBLISHED})  #: suites by name
+SUITES: Registry[Suite] = Registry(
+    "suite", {s.name: s for s in PUBLISHED}, lambda thing: isinstance(thing, Suite)
+)  #: suites by name
 
 
 def find(given: str | Suite | Condition | EnvParams | Sequence[Condition]) -> Suite:
