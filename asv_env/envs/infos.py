@@ -30,10 +30,10 @@ def team_infos(simulation: Simulation, step: TimeStep | None = None) -> dict[str
 
 
 def metrics_of(simulation: Simulation) -> dict[str, Any]:
-    """Returns the metrics (W,) of the episodes so far: bool, int64 or float64, all copies."""
+    """Returns the metrics (W,) of the episodes so far: bool, int64 or float64."""
     summary = simulation.summary()
     return {
-        name: np.array(value, dtype=DTYPES.get(value.dtype.kind, np.float64))
+        name: value.astype(DTYPES.get(value.dtype.kind, np.float64), copy=False)
         for name, value in summary.items()
     }
 
@@ -48,9 +48,9 @@ def masked(infos: Mapping[str, Any], mask: Bool) -> dict[str, Any]:
 
     They are zero outside the mask (W,), and ``_key`` is a copy of the mask for every key.
     """
-    found: dict[str, Any] = {}
+    found, everywhere = {}, mask.all()
     for name, value in infos.items():
-        found[name] = np.where(mask, value, value.dtype.type(0))
+        found[name] = value if everywhere else np.where(mask, value, value.dtype.type(0))
         found[f"_{name}"] = mask.copy()
     return found
 
@@ -60,4 +60,5 @@ def team_mean(values: Float) -> Float:
 
     All adapters use this one formula, so that they agree to the bit.
     """
-    return np.add.reduce(values, axis=1) / values.shape[1]
+    boats = values.shape[1]
+    return values[:, 0] if boats == 1 else np.add.reduce(values, axis=1) / boats
