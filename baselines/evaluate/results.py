@@ -144,7 +144,7 @@ def read_csv(path: Path) -> list[Episode]:
             raise ValueError(f"columns must be {', '.join(HEADS)}")
         if not text.endswith("\n"):
             raise ValueError("its last line is torn")
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), np.errstate(invalid="ignore"):
             warnings.simplefilter("error", ParserWarning)  # such as of rows that are too long
             read = pd.read_csv(
                 io.StringIO(text, newline=""),
