@@ -114,3 +114,17 @@ def test_what_cannot_be_a_film_is_named(frames, tmp_path, name):
     (tmp_path / "folder.gif").mkdir()
     with pytest.raises(OSError, match=rf"{name} cannot be written: "):
         video.save(frames, tmp_path / name, fps=10, overwrite=True)
+
+
+@pytest.mark.parametrize(
+    "name", ["-y.mp4", "a:b.mp4", "file:x.mp4", "100%d.mp4", "é ü/ü.gif", "concat:a.mp4"]
+)
+def test_names_that_encoders_take_for_options_or_protocols(frames, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    assert video.save(frames[:2], name, fps=10).stat().st_size > 100
+    assert [path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.*")] == [name]
+
+
+def test_a_name_that_is_too_long_is_named_with_a_remedy(frames, tmp_path):
+    with pytest.raises(OSError, match="xxx.*choose a shorter name"):
+        video.save(frames[:2], tmp_path / f"{'x' * 300}.mp4", fps=10)

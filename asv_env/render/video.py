@@ -42,7 +42,7 @@ def save(
         raise ValueError(f"fps = {fps!r}: must be a positive number")
     if suffix == ".gif" and fps > FASTEST_GIF:
         raise ValueError(f"fps = {fps!r}: a GIF plays at most {FASTEST_GIF} frames a second")
-    if path.exists() and not overwrite:
+    if os.path.exists(path) and not overwrite:  # False where the name cannot be one
         raise FileExistsError(f"{path} exists; pass overwrite=True to replace it")
     checked = _checked(frames)
     save = {".gif": _save_gif, ".mp4": _save_mp4}[suffix]
