@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from numbers import Integral, Real
-from typing import Any, get_args, get_type_hints
+from typing import Any, NoReturn, get_args, get_type_hints
 
 import numpy as np
 
@@ -63,18 +63,17 @@ def choice(kind: str, value: object, known: Iterable[str]) -> str:
     raise UnknownNameError(f"unknown {kind} {shown(value)}.{nearest(word, names)} Known: {listed}.")
 
 
-def check_option(name: str, known: Iterable[str]) -> None:
-    """Refuses an option that is not known, as Python refuses an argument.
+def refuse_option(name: str, known: Iterable[str]) -> NoReturn:
+    """Refuses an option that has no place here, as Python refuses an argument.
 
     Raises:
         UnknownOptionError: with the nearest known name.
     """
-    names = list(known)
-    if name not in names:
-        raise UnknownOptionError(
-            f"got an unexpected keyword argument {name!r}.{nearest(name, names)} "
-            f"Known: {', '.join(names)}."
-        )
+    names = [each for each in known if each != name]
+    raise UnknownOptionError(
+        f"got an unexpected keyword argument {name!r}.{nearest(name, names)} "
+        f"Known: {', '.join(names)}."
+    )
 
 
 def nearest(value: object, names: Sequence[str]) -> str:

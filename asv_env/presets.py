@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from typing import Any
 
-from asv_env.checks import check_num_boats, check_option, choice, plain, shown
+from asv_env.checks import check_num_boats, choice, plain, refuse_option, shown
 from asv_env.params import (
     NOMINAL_LENGTH,
     BoatParams,
@@ -189,7 +189,7 @@ def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
         elif name in SECTIONS and name != "task":
             given[name] = value
         else:
-            check_option(name, KNOWN)
+            refuse_option(name, KNOWN)
     if flat:
         given["task"] = {**_as_mapping(given.get("task", {}), "task_params"), **flat}
     return given

@@ -252,7 +252,9 @@ def test_scenario_with_an_unknown_section_is_refused(scenario):
         make_params(scenario=scenario)
 
 
-@pytest.mark.parametrize("name", ["frameskip", "gaol", "timelimit", "num_boat", "__class__"])
+@pytest.mark.parametrize(
+    "name", ["frameskip", "gaol", "timelimit", "num_boat", "__class__", "render_mode"]
+)
 def test_unknown_option_is_refused_as_python_refuses_an_argument(name):
     for kind in (TypeError, ValueError, UnknownOptionError):
         with pytest.raises(kind, match=f"unexpected keyword argument '{name}'") as caught:
