@@ -3,6 +3,7 @@
 import asyncio
 import decimal
 import os
+import signal
 import sys
 import unicodedata
 import warnings
@@ -155,6 +156,14 @@ def test_an_error_that_cannot_be_sent_fails_its_episodes_in_workers_too():
 def test_ctrl_c_gets_through():
     with pytest.raises(KeyboardInterrupt):
         error_of(raising(KeyboardInterrupt()))
+
+
+def test_what_looks_like_ctrl_c_is_an_error_where_ctrl_c_is_ignored():
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        assert error_of(raising(KeyboardInterrupt("me"))) == "KeyboardInterrupt: me"
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @given(st.text(st.characters(codec=None), max_size=300))

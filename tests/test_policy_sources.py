@@ -48,7 +48,7 @@ def test_a_broken_policy_fails_its_own_episodes_alone(tmp_path, capsys, workers,
     ("word", "message"),
     [
         ("scriptd", "Did you mean 'scripted'"),
-        ("nowhere:Policy", "there is no module 'nowhere'"),
+        ("nowhere:Policy", "No module named 'nowhere'"),
         ("broken_policies:Nothing", "no attribute 'Nothing'"),
         ("broken_policies:NoPolicy", "no method act"),
         ("broken_policies:WrongShape", "must be (1, 4, 2)"),

@@ -26,7 +26,7 @@ from baselines.learned.sb3_policy import Sb3Policy
 from baselines.policy import POLICIES, MakePolicy
 from baselines.rollout import provenance
 from baselines.rollout.error_text import described
-from baselines.rollout.guard import decision
+from baselines.rollout.guard import decision, is_ctrl_c
 from baselines.rollout.loop import read_only
 from baselines.rollout.process_state import numerics, restored
 
@@ -186,15 +186,15 @@ def _wrong(name: str, source: PolicySource, condition: Condition, seed: int) -> 
     place = f"{name} in condition {condition.name!r}: "
     try:
         policy = source.factory(condition.params)
-    except KeyboardInterrupt:
-        raise
     except BaseException as error:
+        if is_ctrl_c(error):
+            raise
         return f"{place}{source.word}: {described(error, LONGEST)}"
     try:
         _check_decision(policy, condition.params, seed)
-    except KeyboardInterrupt:
-        raise
     except BaseException as error:
+        if is_ctrl_c(error):
+            raise
         raise ValueError(f"{place}{source.word}: {described(error, LONGEST)}") from error
     return ""
 
@@ -217,9 +217,9 @@ def _check_decision(policy: Any, params: EnvParams, seed: int) -> None:
         raise TypeError(f"act must take (sensed, observation, memory, fresh): {error}") from error
     try:
         decided = policy.act(*arguments)
-    except KeyboardInterrupt:
-        raise
-    except BaseException:
+    except BaseException as error:
+        if is_ctrl_c(error):
+            raise
         return  # It fails its episodes, one by one, and each is named.
     decision(decided, (1, params.num_boats, 2))
 

@@ -4,6 +4,7 @@ Making the policy, its decision, what it returns, and the text of its errors are
 Only Ctrl-C gets through.
 """
 
+import signal
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,9 @@ class Guard:
             if self._policy is None:
                 self._policy = self._make(self._params)
             action, memory = decision(self._policy.act(sensed, observation, memory, fresh), shape)
-        except KeyboardInterrupt:
-            raise
         except BaseException as error:
+            if is_ctrl_c(error):
+                raise
             self._policy = None
             text = failure(error)
             if len(fresh) > 1:
@@ -74,6 +75,12 @@ def decision(decided: Any, shape: tuple[int, ...]) -> tuple[Action, Any]:
         raise TypeError(f"act returned {type(decided).__name__}: return (action, memory)")
     action, memory = decided
     return checked_action(action, shape), memory
+
+
+def is_ctrl_c(error: BaseException) -> bool:
+    """Returns whether an error is the user's Ctrl-C, which workers ignore, not the policy's."""
+    heard = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+    return isinstance(error, KeyboardInterrupt) and heard
 
 
 def failure(error: BaseException) -> str:
