@@ -65,7 +65,7 @@ def test_none_leaves_the_time_limit_as_it_is(make: Any, steps: Any) -> None:
 
 
 @makers
-@pytest.mark.parametrize("steps", [0, -2, 1.5, True, "seven"])
+@pytest.mark.parametrize("steps", [0, -2, 1.5, True, "seven", 10**400])
 def test_what_is_no_number_of_steps_is_refused(make: Any, steps: Any) -> None:
     with pytest.raises(ValueError, match=r"max_episode_steps = .*whole number"):
         make(max_episode_steps=steps)
@@ -229,6 +229,8 @@ def test_attributes_of_a_vector_environment_are_those_of_a_sync_vector_env() -> 
         env.reset(seed=0)
         env.set_attr("label", [1, 2])
         env.set_attr("remark", "x")
+        env.set_attr("times", [lambda number: number, lambda number: 2 * number])
+        assert env.call("times", 3) == (3, 6)
     for name in ("label", "remark", "render_mode", "observation_space", "action_space"):
         assert ours.get_attr(name) == theirs.get_attr(name)
     with pytest.warns(UserWarning, match="render"):

@@ -126,5 +126,5 @@ def test_names_that_encoders_take_for_options_or_protocols(frames, tmp_path, mon
 
 
 def test_a_name_that_is_too_long_is_named_with_a_remedy(frames, tmp_path):
-    with pytest.raises(OSError, match="xxx.*choose a shorter name"):
+    with pytest.raises(OSError, match=r"xxx.*choose a shorter name"):
         video.save(frames[:2], tmp_path / f"{'x' * 300}.mp4", fps=10)

@@ -8,6 +8,8 @@ from typing import Any
 from asv_env.checks import Whole
 from asv_env.params import EnvParams
 
+LARGEST_LIMIT = 10**9  #: largest number of steps of an episode
+
 
 def limited(params: EnvParams, options: Mapping[str, Any], **steps: Any) -> EnvParams:
     """Returns parameters whose episodes are truncated after a number of control steps.
@@ -19,10 +21,10 @@ def limited(params: EnvParams, options: Mapping[str, Any], **steps: Any) -> EnvP
             Gymnasium has it, leaves the time limit as it is.
 
     Raises:
-        ValueError: not a whole number of at least 1, or another limit is given too.
+        ValueError: not a whole number from 1 to ``LARGEST_LIMIT``, or there is another limit too.
     """
     given = {
-        name: Whole(1).checked(name, number)
+        name: Whole(1, LARGEST_LIMIT).checked(name, number)
         for name, number in steps.items()
         if not (number is None or (isinstance(number, Integral) and number == -1))
     }

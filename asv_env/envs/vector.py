@@ -157,9 +157,9 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         if name in ("reset", "step", "close"):
             raise ValueError(f"call({name!r}): it acts on all worlds at once; use env.{name}")
         values = self._attributes.get(SINGLE.get(name, name), range(self.num_envs))
-        if not callable(values[0]):
-            return tuple(values)
-        result = values[0](*args, **kwargs)
+        if any(value is not values[0] for value in values):  # the worlds' own
+            return tuple(one(*args, **kwargs) if callable(one) else one for one in values)
+        result = values[0](*args, **kwargs) if callable(values[0]) else values[0]
         return result if name == "render" else (result,) * self.num_envs
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
