@@ -153,7 +153,7 @@ def load(word: str, option: str = "") -> Any:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise _failed(given, module, error) from error
         raise LoadError(
-            f"{given}: there is no module {error.name!r}, installed or in the current folder"
+            f"{given}: No module named {error.name!r}, installed or in the current folder"
         ) from error
     except (Exception, SystemExit) as error:  # whatever the user's own code raises
         raise _failed(given, module, error) from error
