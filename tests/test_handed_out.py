@@ -137,3 +137,18 @@ def test_agents_share_no_info() -> None:
         expected = copy.deepcopy(infos["asv_1"])
         infos["asv_0"].clear()
         assert infos["asv_1"] == expected
+
+
+def test_a_reset_of_some_worlds_shows_the_others_as_they_were() -> None:
+    env = asv_env.AsvVectorEnv(2, "push", autoreset_mode="Disabled", **OPTIONS)
+    options = {"reset_mask": np.array([True, False])}
+    returned = env.reset(seed=0)[0], env.step(np.ones((2, 3, 2)))[0]
+    for observation in returned:
+        observation[...] = 99.0
+    again, _ = env.reset(options=options)
+    assert (again[1] < 99.0).all()
+    twin = asv_env.AsvVectorEnv(2, "push", autoreset_mode="Disabled", **OPTIONS)
+    first, _ = twin.reset(seed=0)
+    expected = first.copy()
+    first[...] = 99.0
+    assert np.array_equal(twin.reset(options=options)[0][1], expected[1])
