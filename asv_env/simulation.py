@@ -13,6 +13,7 @@ import numpy as np
 from asv_env import arguments
 from asv_env.checks import Whole
 from asv_env.geometry import plane, wrap, xy
+from asv_env.numerics import numerics
 from asv_env.params import EnvParams
 from asv_env.physics import water
 from asv_env.physics.dynamics import Dynamics
@@ -46,8 +47,6 @@ REMEMBERED = (
     *("_state", "_relations", "_ending", "_rngs", "_failure_tick", "_steps_over"),
     *("_relative_goal", "_occupied", "_potentials", "_tally", "_roles_may_change"),
 )  #: names of what a simulation itself remembers from step to step
-numpy_defaults = np.errstate(divide="warn", over="warn", under="ignore", invalid="warn")
-"""NumPy's own reaction to numbers out of range, whatever the user has set."""
 
 
 class Simulation:
@@ -137,7 +136,7 @@ class Simulation:
         """What the boats know now, the input of every policy: copies, for it to write to."""
         return copied(self._sensed())
 
-    @numpy_defaults
+    @numerics()
     def reset(
         self, mask: Bool | None = None, seeds: Sequence[int | None] | None = None, goal: Any = None
     ) -> Observation:
@@ -206,7 +205,7 @@ class Simulation:
         boats = state.motion[world], state.working[world], state.side[world]
         state.slot[world] = formation.assign_slots(self.params, *boats)
 
-    @numpy_defaults
+    @numerics()
     def step(self, action: Any) -> TimeStep:
         """Advances every world by one control step and returns its ``TimeStep``.
 

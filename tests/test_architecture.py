@@ -10,7 +10,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 GROUND = {
-    f"asv_env.{name}" for name in ("types", "checks", "files", "geometry", "registry", "params")
+    f"asv_env.{name}"
+    for name in ("types", "checks", "files", "geometry", "numerics", "registry", "params")
 }
 WORLD = {
     *GROUND,
@@ -26,6 +27,7 @@ ROOMS = {
     "asv_env.checks": set(),
     "asv_env.files": set(),
     "asv_env.arguments": GROUND,
+    "asv_env.numerics": set(),
     "asv_env.registry": GROUND,
     "asv_env.geometry": GROUND,
     "asv_env.params": GROUND,

@@ -10,9 +10,10 @@ from asv_env.envs.gym_spec import completed, requested_steps
 from asv_env.envs.infos import of_world, team_infos, team_mean
 from asv_env.envs.keyboard import keys_to_action
 from asv_env.envs.limits import limited
+from asv_env.numerics import numerics
 from asv_env.params import EnvParams
 from asv_env.presets import Overrides, make_params
-from asv_env.simulation import Simulation, numpy_defaults
+from asv_env.simulation import Simulation
 from asv_env.tasks import Task
 from asv_env.types import Action, Observation
 
@@ -76,7 +77,7 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
             self.params, self.simulation = params, Simulation(params)
         self._spec = completed(spec, params.time_limit_ticks)
 
-    @numpy_defaults
+    @numerics()
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
@@ -95,7 +96,7 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
         super().reset(seed=None if seed is None else int(seed))
         return observation.reshape(self._shapes[0]), of_world(team_infos(self.simulation))
 
-    @numpy_defaults
+    @numerics()
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Advances the world by one control step under an action.
 

@@ -11,9 +11,10 @@ from asv_env.checks import nearest
 from asv_env.envs.common import Adapter, Stage, goal_option
 from asv_env.envs.infos import metrics_of, of_world, reward_terms
 from asv_env.envs.limits import limited
+from asv_env.numerics import numerics
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
-from asv_env.simulation import Simulation, numpy_defaults
+from asv_env.simulation import Simulation
 from asv_env.tasks import InitialStates, Task
 from asv_env.types import Action, Observation, TimeStep
 
@@ -75,7 +76,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         """Returns the agent's action space, always the same object."""
         return self._spaces[self._known(agent)][1]
 
-    @numpy_defaults
+    @numerics()
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], Infos]:
@@ -84,7 +85,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         self.agents = list(self._names)
         return dict(zip(self._names, observation, strict=True)), self._infos()
 
-    @numpy_defaults
+    @numerics()
     def step(
         self, actions: Mapping[str, Action]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], Infos]:
@@ -106,7 +107,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         ends = dict.fromkeys(self._names, terminated), dict.fromkeys(self._names, truncated)
         return observations, rewards, *ends, self._infos(step)
 
-    @numpy_defaults
+    @numerics()
     def state(self) -> Observation:
         """Returns the global state (S,) float32 for centralised critics; see ``global_state``."""
         self._require("state", Stage.RUNNING, Stage.OVER)

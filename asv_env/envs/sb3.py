@@ -11,9 +11,10 @@ from asv_env.envs.common import Adapter, Stage, goal_option
 from asv_env.envs.infos import metrics_of, of_world
 from asv_env.envs.limits import limited
 from asv_env.envs.row_attributes import RowAttributes
+from asv_env.numerics import numerics
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
-from asv_env.simulation import WORLDS_PER_SPACE, Simulation, numpy_defaults
+from asv_env.simulation import WORLDS_PER_SPACE, Simulation
 from asv_env.tasks import InitialStates, Task
 from asv_env.types import Action, Bool, Observation, rows
 
@@ -95,7 +96,7 @@ class BoatVecEnv(Adapter, VecEnv):
         super().__init__(num_envs * self._team, observation_space, action_space)
         self.metadata["render_fps"] = params.clock.control
 
-    @numpy_defaults
+    @numerics()
     def reset(self) -> RowObservation:
         """Begins episodes with the seeds and options that were set; returns all observations.
 
@@ -136,7 +137,7 @@ class BoatVecEnv(Adapter, VecEnv):
             raise ValueError(f"actions of shape {actions.shape}: must be {(self.num_envs, 2)}")
         self._actions = actions.reshape(self.num_worlds, self._team, 2)
 
-    @numpy_defaults
+    @numerics()
     def step_wait(self) -> tuple[RowObservation, Observation, Bool, list[dict[str, Any]]]:
         """Advances every world by one control step, and into its next episode if it is over.
 

@@ -13,8 +13,9 @@ from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option
 from asv_env.envs.infos import masked, team_infos, team_mean
 from asv_env.envs.limits import limited
 from asv_env.envs.row_attributes import RowAttributes
+from asv_env.numerics import numerics
 from asv_env.presets import Overrides, make_params
-from asv_env.simulation import WORLDS_PER_SPACE, Simulation, numpy_defaults
+from asv_env.simulation import WORLDS_PER_SPACE, Simulation
 from asv_env.tasks import Task
 from asv_env.types import Action, Bool, Float, Observation
 
@@ -85,7 +86,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         self._over = np.zeros(num_envs, dtype=np.bool_)
         self._latest = np.zeros(self._shapes[0], dtype=np.float32)
 
-    @numpy_defaults
+    @numerics()
     def reset(
         self,
         *,
@@ -117,7 +118,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         self._show()
         return self._latest.copy(), masked(team_infos(self.simulation), mask)
 
-    @numpy_defaults
+    @numerics()
     def step(self, actions: Action) -> tuple[Observation, Float, Bool, Bool, Infos]:
         """Advances all worlds by a control step under actions, or into the next episode.
 

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from asv_env.checks import choice
 from asv_env.files import write_text
+from asv_env.numerics import numerics
 from asv_env.params import EnvParams
 from baselines.evaluate import suites
 from baselines.evaluate.conditions import CUSTOM, Condition, Suite
@@ -27,7 +28,7 @@ from baselines.evaluate.summary import MEASURES, summarise
 from baselines.evaluate.tables import descriptions, formats
 from baselines.evaluate.workers import WorkerError
 from baselines.rollout import film, trajectories
-from baselines.rollout.process_state import neutral, numerics
+from baselines.rollout.process_state import neutral
 
 
 class InputError(ValueError):

@@ -17,6 +17,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from asv_env.numerics import numerics
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
 from baselines.evaluate.conditions import Condition, Suite
@@ -27,8 +28,7 @@ from baselines.policy import POLICIES, MakePolicy
 from baselines.rollout import provenance
 from baselines.rollout.error_text import described
 from baselines.rollout.guard import decision, is_ctrl_c
-from baselines.rollout.loop import read_only
-from baselines.rollout.process_state import numerics, restored
+from baselines.rollout.process_state import restored
 
 EXPORTED = policy_file.SUFFIX  #: ending of the names of policy files
 SB3 = ".zip"  #: ending of the names of models that stable-baselines3 has saved
@@ -205,7 +205,7 @@ def _check_decision(policy: Any, params: EnvParams, seed: int) -> None:
         raise TypeError("not a policy: it has no method act")
     simulation = Simulation(params)
     observation = simulation.reset(seeds=[seed])
-    arguments = (read_only(simulation.sensed), observation, None, np.ones(1, dtype=np.bool_))
+    arguments = (simulation.sensed, observation, None, np.ones(1, dtype=np.bool_))
     try:
         signature = inspect.signature(policy.act)
     except ValueError:  # of compiled code

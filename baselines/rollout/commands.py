@@ -10,8 +10,8 @@ from typing import Any
 
 import tyro
 
+from asv_env.numerics import numerics
 from baselines.rollout.error_text import one_line
-from baselines.rollout.process_state import numerics
 
 LONGEST = 1000  #: largest number of characters of a line of a message
 

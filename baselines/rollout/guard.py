@@ -14,9 +14,6 @@ from asv_env.types import Action, Bool, Observation, Sensed
 from baselines.policy import MakePolicy, Policy, checked_action
 from baselines.rollout.error_text import described
 
-READ_ONLY = ("read-only", "readonly", "WRITEABLE")
-"""Words of NumPy's and Numba's errors where something is written to an array that is read-only."""
-
 
 class PolicyError(Exception):
     """A policy failed while it decided for several worlds, nobody knows in which of them."""
@@ -51,7 +48,7 @@ class Guard:
             if is_ctrl_c(error):
                 raise
             self._policy = None
-            text = failure(error)
+            text = described(error)
             if len(fresh) > 1:
                 raise PolicyError(text) from None
             self.errors = {0: text}
@@ -81,11 +78,3 @@ def is_ctrl_c(error: BaseException) -> bool:
     """Returns whether an error is the user's Ctrl-C, which workers ignore, not the policy's."""
     heard = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
     return isinstance(error, KeyboardInterrupt) and heard
-
-
-def failure(error: BaseException) -> str:
-    """Returns what a policy has done wrong, in one line."""
-    text = described(error)
-    if isinstance(error, ValueError | TypeError) and any(word in text for word in READ_ONLY):
-        return f"{text} (the policy wrote to what it was given: copy it first)"
-    return text

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.numerics import numerics
 from asv_env.simulation import Simulation
-from asv_env.types import Action, Bool, Int, Observation, Sensed, State, TimeStep, copied
-from baselines.rollout.process_state import numerics
+from asv_env.types import Action, Bool, Int, Observation, Sensed, State, TimeStep
 
 Act = Callable[[Sensed, Observation, Any, Bool], tuple[Action, Any]]
 """How a policy decides; see ``Policy.act``."""
@@ -34,8 +34,8 @@ def rollout(
 ) -> Iterator[Tick]:
     """Runs a policy in all worlds of a simulation, whose state is that after the yielded step.
 
-    What the policy is given is its own: copies, ``sensed`` read-only. It may write to the
-    observation; neither the worlds nor what is recorded depend on it.
+    What the policy is given are copies. It may write to them: neither the worlds nor what is
+    recorded depend on it.
 
     Args:
         simulation: with at most as many worlds as there are seeds.
@@ -57,9 +57,8 @@ def rollout(
     for _ in count() if ticks is None else range(ticks):
         state = simulation.state
         with numerics():
-            action, memory = act(
-                read_only(simulation.sensed), observation.copy(), memory, over.copy()
-            )
+            given = simulation.sensed, np.copy(observation), memory, np.copy(over)
+            action, memory = act(*given)
         with numerics():  # the policy may have changed it
             step = simulation.step(action)
         over = step.ending.terminated | step.ending.truncated
@@ -73,14 +72,3 @@ def rollout(
             observation = observation.copy()
             with numerics():
                 observation[over] = simulation.reset(over, [seed for _, seed in following])
-
-
-def read_only(sensed: Sensed) -> Sensed:
-    """Returns what is sensed as a copy that cannot be written to.
-
-    A library that writes nevertheless, as torch does where it shares memory, writes to the copy.
-    """
-    own = copied(sensed)
-    for array in vars(own).values():
-        array.flags.writeable = False
-    return own

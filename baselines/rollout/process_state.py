@@ -11,14 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
-import numpy as np
-
 SIGNALS = (signal.SIGINT, signal.SIGTERM)  #: signals whose handlers are put back
-
-
-def numerics() -> np.errstate:
-    """Returns the context in which floating-point errors are treated as NumPy does by default."""
-    return np.errstate(divide="warn", over="warn", under="ignore", invalid="warn")
 
 
 @contextmanager
