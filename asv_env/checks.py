@@ -7,7 +7,7 @@ texts and tuples. Any finite real number is taken, of NumPy too, and any sequenc
 
 import difflib
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from numbers import Integral, Real
@@ -17,6 +17,8 @@ import numpy as np
 
 TINY = 1e-9  #: smallest value of a parameter that must be positive
 LARGEST_TEAM = 100  #: largest number of boats
+REAL, COMPLEX, TRUTH = "biuf", "c", "b"  #: kinds of numbers, as in ``dtype.kind``
+NUMBERS = {REAL: "real", COMPLEX: "complex", TRUTH: "bool"}  #: their names in messages
 SHOWN = 200  #: number of characters of a value that a message shows
 
 
@@ -30,6 +32,10 @@ class UnknownOptionError(UnknownNameError, TypeError):
     """An option that is not known, in the words that Python has for it."""
 
 
+class FunctionError(ValueError):
+    """A function of a task or an observation has failed, or has returned what it must not."""
+
+
 def shown(value: object, text_of: Callable[[Any], str] = repr) -> str:
     """Returns the text of a value for a message: one line, printable, and not too long."""
     try:
@@ -38,6 +44,48 @@ def shown(value: object, text_of: Callable[[Any], str] = repr) -> str:
         text = f"<{type(value).__name__}>"
     text = "".join(letter if letter.isprintable() else "?" for letter in text[: SHOWN + 1])
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+
+
+def called(kind: str, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Returns what a user's function returns.
+
+    Raises:
+        FunctionError: it fails; the message names it.
+    """
+    try:
+        return function(*arguments)
+    except Exception as error:
+        text = shown(error, str)
+        raise FunctionError(f"{kind} {name!r} failed: {type(error).__name__}: {text}") from error
+
+
+def values(
+    forms: Mapping[tuple[int, ...], str],
+    kind: str,
+    name: str,
+    function: Callable[..., Any],
+    *arguments: Any,
+) -> np.ndarray:
+    """Returns what a user's function returns, an array.
+
+    Args:
+        forms: shapes that it may have, each with the kinds of its numbers as in ``dtype.kind``.
+        kind: what the function is, for messages.
+        name: name of that.
+        function: the user's function.
+        arguments: those of the function.
+
+    Raises:
+        FunctionError: it fails, or returns something else.
+    """
+    given = called(kind, name, function, *arguments)
+    array = called(kind, name, np.asarray, given)
+    if array.dtype.kind not in forms.get(array.shape, ""):
+        allowed = " or ".join(f"{NUMBERS[numbers]} {shape}" for shape, numbers in forms.items())
+        raise FunctionError(
+            f"{kind} {name!r} returned {array.dtype} {array.shape}: must be {allowed}"
+        )
+    return array
 
 
 def plain(value: Any) -> Any:

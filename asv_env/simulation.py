@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from asv_env import arguments
-from asv_env.checks import Whole
+from asv_env.checks import Whole, called
 from asv_env.geometry import plane, wrap, xy
 from asv_env.numerics import numerics
 from asv_env.params import EnvParams
@@ -180,7 +180,9 @@ class Simulation:
         if seed is not None or world not in self._rngs:
             self._rngs[world] = np.random.default_rng(seed)
         given = None if goal is None else np.array(goal)
-        start = self._initial_states(self.params, self._rngs[world], given)
+        function, task = self._initial_states, self._task.name
+        sampled = self.params, self._rngs[world], given
+        start = called("initial states of task", task, function, *sampled)
         return initial_state.checked(start, self.params)
 
     def _begin(self, state: State, world: int, start: InitialState) -> None:

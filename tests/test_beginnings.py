@@ -12,6 +12,7 @@ from scipy.stats import ks_2samp
 
 import asv_env
 from asv_env import Simulation, make_params
+from asv_env.checks import FunctionError
 from asv_env.tasks import APPROACH, PUSH, TRANSPORT, starts
 from asv_env.tasks.initial_state import checked
 from asv_env.types import InitialState
@@ -226,7 +227,7 @@ def never(params, rng, goal):
 
 def test_initial_states_of_ones_own_are_not_tried():
     params = make_params(replace(TRANSPORT, name="own", initial_states=never))
-    with pytest.raises(AssertionError, match="tried"):
+    with pytest.raises(FunctionError, match=r"initial states of task 'own' failed: .*: tried"):
         Simulation(params).reset(seeds=[0])
 
 
@@ -246,6 +247,7 @@ def test_initial_states_of_ones_own_are_not_tried():
         ({"thrust_gain": "full"}, "thrust_gain"),
         ({"friction": math.nan}, "friction"),
         ({"failure_tick": np.zeros(3)}, "failure_tick"),
+        ({"failure_tick": np.zeros(4)}, "failure_tick: fewer than all"),
     ],
 )
 def test_initial_state_that_is_none_is_refused_before_the_world_begins(changes, message):

@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from asv_env.checks import COMPLEX, REAL, FunctionError, values
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.registry import Registry
@@ -20,6 +21,7 @@ from asv_env.sensing.view import NEIGHBOURS, View, nearest_boats
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Float, Observation, Sensed
 
+KIND = "feature"  #: word for a feature in messages
 FAR = 15.0  #: largest distance in an observation, vessel lengths: more than the arena's diagonal
 FAST = 4.0  #: largest speed in an observation, full speeds and full yaw rates of a boat
 FINE = 0.1  #: distance at which magnified features saturate, m
@@ -178,22 +180,36 @@ def observe(
     """
     view = View(sensed, relations, occupied, params)
     bound = bounds(features)
-    values = np.zeros((*sensed.slot.shape, len(bound)))
+    columns = np.zeros((*sensed.slot.shape, len(bound)))
     column = 0
     for feature in features:
         width = len(feature.scale)
-        value = feature.value(view)
+        forms = _forms(*sensed.slot.shape, width)
+        value = values(forms, KIND, feature.name, feature.value, view)
         if width == 1:
-            values[..., column] = value
+            columns[..., column] = value
         elif value.dtype.kind == "c":
-            values[..., column : column + 2].view(np.complex128)[..., 0] = value
+            columns[..., column : column + 2].view(np.complex128)[..., 0] = value
         else:
-            values[..., column : column + width] = value
+            columns[..., column : column + width] = value
         column += width
-    values *= _per_scale(features, params.vessel.length)
+    columns *= _per_scale(features, params.vessel.length)
     # Two passes of these take less time than one of clip.
-    np.maximum(values, -bound, out=values)
-    return np.minimum(values, bound, dtype=np.float32, casting="same_kind")
+    np.maximum(columns, -bound, out=columns)
+    observed = np.minimum(columns, bound, dtype=np.float32, casting="same_kind")
+    if np.isnan(observed).any():
+        broken = np.isnan(observed).any(axis=(0, 1)).argmax()
+        raise FunctionError(f"{KIND} {column_names(features)[broken]!r} is not a number")
+    return observed
+
+
+@lru_cache(maxsize=32)
+def _forms(worlds: int, team: int, width: int) -> dict[tuple[int, ...], str]:
+    """Returns what a feature of so many columns may be; see ``Feature.value``."""
+    flat, deep = ((worlds, team), (worlds, 1), (1, 1)), ((worlds, team, width), (worlds, 1, width))
+    if width == 1:
+        return dict.fromkeys(flat, REAL)
+    return dict.fromkeys(flat if width == 2 else (), COMPLEX) | dict.fromkeys(deep, REAL)
 
 
 @lru_cache(maxsize=32)

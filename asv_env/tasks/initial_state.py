@@ -49,6 +49,8 @@ def checked(start: Any, params: EnvParams) -> InitialState:
         values[name] = array if shape else float(array)
     if abs(values["side"]) != 1.0:
         raise ValueError(f"initial states: side = {values['side']:g}: must be 1 or -1")
+    if (values["failure_tick"] >= 0).all():
+        raise ValueError("initial states: failure_tick: fewer than all boats may fail")
     values["motion"][:, 2] = wrap(values["motion"][:, 2])
     values["goal"][2] = wrap(values["goal"][2])
     values["failure_tick"] = values["failure_tick"].astype(np.int64)

@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from asv_env.checks import REAL, FunctionError, values
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.tasks.reward import Transition
 from asv_env.types import Bool, Ending, Float, Int, State
 
+KIND = "metric"  #: word for a metric of a task's own in messages
 NEVER = -1  #: tick of an event that has not come
 
 
@@ -69,7 +71,7 @@ def summary(
     spread = tally.arrival_tick.max(axis=1) - tally.arrival_tick.min(axis=1)
     closed = tally.closure_tick >= 0
     tallied = {name: total for name, total in vars(tally).items() if not name.endswith("_tick")}
-    values = {
+    found = {
         "is_success": ending.reached,
         "strayed": ending.strayed,
         "position_error": relations.goal_error,
@@ -78,6 +80,12 @@ def summary(
         "closure_spread": np.where(arrived, spread / hz, np.inf),
         "time_to_goal": np.where(ending.reached, state.tick / hz, np.inf),
         **tallied,
-        **{one.name: one.value(state, relations, params) for one in params.definition.metrics},
     }
-    return {name: np.array(value) for name, value in values.items()}
+    for one in params.definition.metrics:
+        if one.name in found:
+            raise FunctionError(f"{KIND} {one.name!r}: there is one already: choose another name")
+        forms = {state.tick.shape: REAL}
+        found[one.name] = values(forms, KIND, one.name, one.value, state, relations, params)
+        if np.isnan(found[one.name]).any():
+            raise FunctionError(f"{KIND} {one.name!r} is not a number; infinite is allowed")
+    return {name: np.array(value) for name, value in found.items()}

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from asv_env.checks import REAL, FunctionError, choice, finite, shown, values
 from asv_env.geometry import wrap
-from asv_env.params import NOMINAL_LENGTH, EnvParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams, RewardParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Ending, Float, State
 
@@ -19,6 +20,7 @@ HEADING_WEIGHT = 0.25  #: cost of a turn of the vessel by 1 rad, m at the nomina
 SIDEWAYS = 4.0  #: cost of a metre that the vessel moves without turning first, m
 GAUSSIAN = (0.08, 0.2)  #: width of the Gaussian of precision, m at the nominal size and rad
 NARROW_GAUSSIAN = (0.02, 0.05)  #: width of the Gaussian of a delivery's accuracy, likewise
+KIND = "reward term"  #: word for a term in messages
 LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
 
 
@@ -74,7 +76,11 @@ class Term:
 
     def __post_init__(self) -> None:
         if (self.value is None) == (self.potential is None):
-            raise ValueError(f"reward term {self.name!r}: give either a value or a potential")
+            raise ValueError(f"{KIND} {self.name!r}: give either a value or a potential")
+        if isinstance(self.weight, str):
+            choice(f"weight of {KIND} {self.name!r}", self.weight, RewardParams.__annotations__)
+        elif finite(self.weight) is None:
+            raise ValueError(f"{KIND} {self.name!r}: weight = {shown(self.weight)}: must be finite")
 
     def factor(self, params: EnvParams) -> float:
         """Returns the weight of the term in an environment."""
@@ -174,11 +180,11 @@ def potentials(
     terms: Sequence[Term], relations: Relations, state: State, params: EnvParams
 ) -> Float:
     """Returns the potentials (W, P) of those terms that are the rise of one."""
-    functions = [term.potential for term in terms if term.potential is not None]
-    values = np.empty((len(state.tick), len(functions)))
-    for column, potential in enumerate(functions):
-        values[:, column] = potential(relations, state, params)
-    return values
+    rising = [(term.name, term.potential) for term in terms if term.potential is not None]
+    found, forms = np.empty((len(state.tick), len(rising))), {state.tick.shape: REAL}
+    for column, (name, potential) in enumerate(rising):
+        found[:, column] = values(forms, KIND, name, potential, relations, state, params)
+    return found
 
 
 def weighted(
@@ -189,23 +195,34 @@ def weighted(
     The potentials ``before`` and ``after`` the tick are (W, P); see ``potentials``.
     """
     rises = iter(np.minimum(np.maximum(after - before, -LARGEST_STEP), LARGEST_STEP).T)
-    values: dict[str, Float] = {}
+    team, each = {now.state.tick.shape: REAL}, {now.state.slot.shape: REAL}
+    found: dict[str, Float] = {}
     for term in terms:
-        value = next(rises) if term.value is None else term.value(now)
+        if term.value is None:
+            value: Float = next(rises)
+        else:
+            value = values(team if term.shared else each, KIND, term.name, term.value, now)
         if term.weight != 1.0:
             value = term.factor(now.params) * value
-        values[term.name] = value[:, None] if term.shared else value
-    return values
+        found[term.name] = value[:, None] if term.shared else value
+    return found
 
 
-def total(terms: Sequence[Term], values: dict[str, Float], num_boats: int) -> Float:
-    """Returns the reward (W, A) of each boat: the sum of the terms."""
-    own = [values[term.name] for term in terms if not term.shared]
-    first, *others = own + [values[term.name] for term in terms if term.shared]
+def total(terms: Sequence[Term], found: dict[str, Float], num_boats: int) -> Float:
+    """Returns the reward (W, A) of each boat: the sum of the terms.
+
+    Raises:
+        FunctionError: a term is not finite.
+    """
+    own = [found[term.name] for term in terms if not term.shared]
+    first, *others = own + [found[term.name] for term in terms if term.shared]
     reward = np.empty((len(first), num_boats))
     reward[...] = first
     for value in others:
         reward += value
+    if not np.isfinite(reward).all():
+        name = next((n for n, value in found.items() if not np.isfinite(value).all()), "sum")
+        raise FunctionError(f"{KIND} {name!r} is not finite")
     return reward
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.checks import TRUTH, values
 from asv_env.params import EnvParams, TaskParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Ending, State
@@ -17,7 +18,9 @@ def ending(relations: Relations, state: State, water: Complex, params: EnvParams
     Relations and state are true, the state's counters already advanced; ``water`` is the
     velocity (W,) of the water at the vessel, m/s.
     """
-    reached = params.definition.success(relations, state, water, params)
+    task, forms = params.definition, {state.tick.shape: TRUTH}
+    given = relations, state, water, params
+    reached = values(forms, "success of task", task.name, task.success, *given)
     strayed = np.maximum.reduce(np.abs(state.motion[..., :2]), axis=(1, 2)) > params.task.arena
     return Ending(reached & ~strayed, strayed, state.tick >= params.time_limit_ticks)
 

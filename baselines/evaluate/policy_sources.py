@@ -162,13 +162,22 @@ def named(
 
 
 def check_fit(policies: Mapping[str, Sequence[PolicySource]], suite: Suite) -> None:
-    """Makes every policy for every condition and lets it decide once.
+    """Begins an episode of every condition, makes every policy for it and lets it decide once.
 
-    One that cannot be made for some conditions, or raises, fails its episodes there.
+    A policy that cannot be made for some conditions, or raises, fails its episodes there.
 
     Raises:
-        ValueError: it can be made for no condition, or does not act as ``Policy`` says.
+        ValueError: a condition whose task or observation fails; a policy that can be made for no
+            condition, or does not act as ``Policy`` says.
     """
+    for condition in suite.conditions:
+        try:
+            simulation = Simulation(condition.params)
+            simulation.reset(seeds=[suite.seed])
+            simulation.step(np.zeros((1, condition.params.num_boats, 2)))
+            simulation.summary()
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"condition {condition.name!r}: {error}") from error
     for name, trainings in policies.items():
         for source in trainings:
             with restored(), numerics():

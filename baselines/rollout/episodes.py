@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any
 
+from asv_env.checks import FunctionError, called, shown
 from asv_env.params import EnvParams
 from asv_env.types import Action, Bool, Float, Observation
 from baselines.paper import dubins
@@ -89,6 +90,15 @@ class PoseLog:
     trajectory: Trajectory | None = None  #: all steps, where they are recorded
 
 
+def _cause(ended: dict[str, Any], params: EnvParams) -> str:
+    """Returns why an episode failed, in the words of the task, which may be a user's."""
+    task = params.definition
+    cause = called("cause of task", task.name, task.cause, ended, params)
+    if not isinstance(cause, str) or not cause:
+        raise FunctionError(f"cause of task {task.name!r} returned {shown(cause)}: must be a text")
+    return one_line(cause)
+
+
 def row(
     label: Label, params: EnvParams, ended: dict[str, Any], goal: Float, side: float
 ) -> Episode:
@@ -101,14 +111,14 @@ def row(
     relative = goal if side > 0 else goal * (1.0, -1.0, -1.0)
     shortest = float(dubins.length(relative, params.vessel.length / 2))
     success = ended["is_success"] and error is None
-    cause = None if success else "policy error" if error else definition.cause(ended, params)
+    cause = None if success else "policy error" if error else _cause(ended, params)
     values: dict[str, Any] = {
         **ended,
         **vars(label),
         "task": definition.name,
         "num_boats": params.num_boats,
         "success": success,
-        "cause": cause and one_line(cause),  # a user's task may say anything
+        "cause": cause,
         **dict(zip(("goal_x", "goal_y", "goal_heading"), goal.tolist(), strict=True)),
         "path_length_ratio": ended["path_length"] / shortest if shortest > 0 else None,
     }
