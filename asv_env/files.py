@@ -13,7 +13,7 @@ import stat
 import time
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 PREFIX = ".part-"  #: beginning of the names of files that are half written
@@ -60,7 +60,8 @@ def write(path: str | os.PathLike[str], save: Callable[[Path], object]) -> None:
             with part.open("rb+") as file:
                 os.fsync(file.fileno())
             if mode is not None:
-                part.chmod(mode)
+                with suppress(PermissionError):  # of file systems that know no permissions
+                    part.chmod(mode)
             part.replace(target)
         finally:
             _under_way.discard(part.name)

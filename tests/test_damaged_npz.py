@@ -156,6 +156,15 @@ def test_metadata_that_a_trajectory_cannot_have_are_refused(text, good, tmp_path
             read(file)
 
 
+@pytest.mark.parametrize("episode", [None, 3, "x", [], True])
+def test_an_episode_that_is_no_record_is_refused(episode, good, tmp_path):
+    about = json.loads(str(np.load(good["trajectory"])["about"])) | {"episode": episode}
+    text = npy(np.array(json.dumps(about)))
+    file = rewritten(good["trajectory"], tmp_path / "7.npz", about=text)
+    with pytest.raises(ValueError, match=r"7\.npz is not a recorded trajectory"):
+        trajectories.about(file)
+
+
 def test_what_is_not_there_or_a_folder_is_an_error_of_the_system(tmp_path):
     for name, kind in (("none.npz", FileNotFoundError), (".", IsADirectoryError)):
         with pytest.raises(kind):

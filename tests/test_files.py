@@ -120,6 +120,17 @@ def test_permissions_are_those_of_an_ordinary_file(tmp_path):
         os.umask(before)
 
 
+def test_file_systems_that_refuse_to_set_permissions_are_written_to(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    path = tmp_path / "file"
+    path.write_text("old")
+    monkeypatch.setattr("pathlib.Path.chmod", refuse)
+    files.write_text(path, "new")
+    assert path.read_text() == "new"
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_files_and_folders_that_are_read_only_stay_as_they_are(tmp_path):
     path = tmp_path / "file"

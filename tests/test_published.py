@@ -58,7 +58,7 @@ def test_rows_come_back_from_a_file_as_they_were(tmp_path):
 @pytest.mark.parametrize("text", ["", "seed,policy\n1,x\n"])
 def test_a_file_of_other_columns_is_refused(tmp_path, text):
     (tmp_path / "episodes.csv").write_text(text)
-    with pytest.raises(ValueError, match=r"episodes\.csv is damaged.*: columns must be seed"):
+    with pytest.raises(ValueError, match=r"episodes\.csv is damaged.*: its columns must be seed"):
         read_csv(tmp_path / "episodes.csv")
 
 

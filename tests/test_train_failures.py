@@ -232,6 +232,7 @@ def test_files_of_others_beside_a_damaged_config_are_not_overwritten(folder):
         (lambda text: text + "4096,1.0\n", "no learning curve"),
         (lambda text: "\0" + text, "its columns must be"),
         (lambda text: text + "1,2,3,4,5,6,7,8,9,10,11,12\n", "no learning curve"),
+        (lambda text: text.replace(",4,noisy,", f",{10**20},noisy,"), "no learning curve"),
     ],
 )
 def test_a_damaged_curve_is_named(change, words, folder):

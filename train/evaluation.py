@@ -1,11 +1,9 @@
 """Scores of a policy while it is trained, on development seeds, and ``curve.csv``, their file."""
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import Any, get_type_hints
 
 import numpy as np
 import pandas as pd
@@ -13,11 +11,10 @@ import pandas as pd
 from asv_env.files import write_text
 from asv_env.params import NOMINAL_LENGTH, EnvParams, TaskParams
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
-from baselines.rollout import runner
+from baselines.rollout import runner, typed_csv
 from baselines.rollout.episodes import Episode
 from train.config import Config
 
-DTYPES = {int: "int64", float: "float64", str: "str"}  #: types of pandas columns by those of fields
 UNDEFINED = ["median_time", "position_error", "heading_error"]
 """Columns that are "nan" where no episode succeeded."""
 
@@ -90,18 +87,8 @@ def read_curve(file: Path) -> pd.DataFrame:
     names = [field.name for field in fields(Score)]
     if not file.exists() or not file.stat().st_size:
         return pd.DataFrame(columns=names)
-    kinds = {name: DTYPES[kind] for name, kind in get_type_hints(Score).items()}
     try:
-        text = file.read_text(encoding="utf-8")
-        if text.partition("\n")[0] != ",".join(names):
-            raise ValueError(f"its columns must be {', '.join(names)}")
-        if not text.endswith("\n"):
-            raise ValueError("its last line is torn")
-        options: dict[str, Any] = {"keep_default_na": False, "na_values": ["nan"]}
-        rows = pd.read_csv(io.StringIO(text), dtype=kinds, **options)
-        if rows.isna().drop(columns=UNDEFINED).any(axis=None):
-            raise ValueError("a number is missing")
-        return rows
+        return typed_csv.read(file, Score, names, "nan", UNDEFINED)
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise ValueError(

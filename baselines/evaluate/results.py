@@ -2,7 +2,6 @@
 
 import csv
 import io
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from itertools import chain, product
@@ -11,24 +10,18 @@ from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 import pandas as pd
-from pandas.errors import ParserWarning
 
 from asv_env.files import write_text
 from asv_env.types import Bool, Float
 from baselines.evaluate.conditions import Condition, Suite
+from baselines.rollout import typed_csv
 from baselines.rollout.episodes import COLUMNS, Episode
 
 T = TypeVar("T")
 HEADS = tuple("arm" if name == "condition" else name for name in COLUMNS)
 """Heads of the columns of ``episodes.csv``: those of the published version 1 files."""
-DTYPES: dict[Any, str] = {
-    **{int: "int64", float: "float64", bool: "bool", str: "str"},
-    **{int | None: "Int64", float | None: "float64", str | None: "object"},
-}
-"""Types of pandas columns by those of the fields of an episode."""
-DTYPE = {name: DTYPES[kind] for name, kind in get_type_hints(Episode).items()}
-REQUIRED = [name for name, kind in get_type_hints(Episode).items() if kind in (int, float, str)]
-"""Columns whose cells are never empty."""
+OPTIONAL = [name for name, kind in get_type_hints(Episode).items() if kind not in (int, float, str)]
+"""Columns whose cells may be empty."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +112,9 @@ def _check(suite: Suite, condition: Condition, rows: Sequence[Episode]) -> None:
 
 def frame(rows: Iterable[Episode]) -> pd.DataFrame:
     """Returns rows as a table with typed columns, missing where a column does not apply."""
-    return pd.DataFrame([astuple(row) for row in rows], columns=COLUMNS).astype(DTYPE)
+    return pd.DataFrame([astuple(row) for row in rows], columns=COLUMNS).astype(
+        typed_csv.dtypes(Episode)
+    )
 
 
 def write_csv(path: Path, rows: Iterable[Episode]) -> None:
@@ -139,25 +134,8 @@ def read_csv(path: Path) -> list[Episode]:
         FileNotFoundError: there is none.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-        if text.partition("\n")[0] != ",".join(HEADS):
-            raise ValueError(f"columns must be {', '.join(HEADS)}")
-        if not text.endswith("\n"):
-            raise ValueError("its last line is torn")
-        with warnings.catch_warnings(), np.errstate(invalid="ignore"):
-            warnings.simplefilter("error", ParserWarning)  # such as of rows that are too long
-            read = pd.read_csv(
-                io.StringIO(text, newline=""),
-                names=COLUMNS,
-                header=0,
-                dtype=DTYPE,
-                index_col=False,
-                keep_default_na=False,
-                na_values=[""],
-            )
-        if read[REQUIRED].isna().any(axis=None):
-            raise ValueError("a cell is empty that must not be")
-    except (ValueError, TypeError, OverflowError, ParserWarning) as error:
+        read = typed_csv.read(path, Episode, HEADS, "", OPTIONAL)
+    except ValueError as error:
         raise ValueError(f"{path} is damaged, or holds no episodes: {error}") from error
     cells = read.astype(object).where(read.notna(), None)
     return [Episode(*row) for row in cells.itertuples(index=False)]

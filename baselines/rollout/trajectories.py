@@ -123,7 +123,7 @@ def _metadata(file: Path, text: Any) -> dict[str, Any]:
         found = json.loads(str(text))
         wrong = [name for name, kind in METADATA.items() if not isinstance(found[name], kind)]
         episode = {f.name for f in fields(Episode)} - found["episode"].keys()
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         reason = f"its metadata are damaged, {type(error).__name__}: {error}"
         raise ValueError(f"{file} is not a recorded trajectory: {reason}") from error
     if wrong or episode:
