@@ -376,3 +376,17 @@ def test_ctrl_c_is_heard_by_the_parent_alone(stuck):
     assert said.count("Traceback") == 1
     assert said.rstrip().endswith("KeyboardInterrupt")
     assert gone(pids)
+
+
+def test_a_policy_is_not_blamed_where_no_process_can_be_started(monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(InputError, match="no worker process can be started, it ended with exit"):
+        compare({"idle": "idle"}, make_params("push", time_limit=0.5), 1, workers=1)
+
+
+def test_processes_import_nothing_from_the_current_folder(tmp_path, monkeypatch):
+    for name in ("joblib", "numpy", "asv_env"):
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError('of the current folder')")
+    monkeypatch.chdir(tmp_path)
+    found = compare({"idle": "idle"}, make_params("push", time_limit=0.5), 1, workers=1)
+    assert found.episodes["error"].isna().all()

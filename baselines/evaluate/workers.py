@@ -46,7 +46,9 @@ from baselines.rollout.process_state import neutral, restored
 POLL = 0.5  #: time between two looks of a worker at whether its parent is alive, s
 WATCH = "watch of the parent"  #: name of the thread that looks
 LONGEST = 500  #: largest number of characters of an error of a worker
-THREADS = dict.fromkeys(LokyBackend.MAX_NUM_THREADS_VARS, "1")  #: environment of a worker
+ENVIRONMENT = {**dict.fromkeys(LokyBackend.MAX_NUM_THREADS_VARS, "1"), "PYTHONSAFEPATH": "1"}
+"""Variables of a worker: one thread, and modules of the current folder only where its parent has
+them too."""
 KILLED = "SIGKILL"  #: the signal that ends a process when memory runs out
 
 Batch = tuple[list[PoseLog], str]
@@ -103,8 +105,12 @@ def check_fit(policies: Mapping[str, Sequence[PolicySource]], suite: Suite, work
     if _runs_here(workers) or not isinstance(get_active_backend()[0], LokyBackend):
         policy_sources.check_fit(policies, suite)
         return
-    pool = ProcessPoolExecutor(1, env=THREADS)
+    pool = ProcessPoolExecutor(1, env=ENVIRONMENT)
+    name = ""
     try:
+        with _starting():
+            ready = pool.submit(os.getpid)
+        ready.result()
         for name, trainings in policies.items():
             with _starting():
                 begun = pool.submit(_check, _packed(name, ({name: trainings}, suite)), os.getpid())
@@ -113,6 +119,8 @@ def check_fit(policies: Mapping[str, Sequence[PolicySource]], suite: Suite, work
     except BrokenProcessPool as error:
         raise ValueError(
             f"{name}: its process {_death(error)}, as it was made or decided for the first time"
+            if name
+            else f"no worker process can be started, it {_death(error)}: use workers=0"
         ) from error
     finally:
         pool.shutdown(wait=True, kill_workers=True)
@@ -222,7 +230,7 @@ def _in_pool(
     policy depends on which others have run in its process.
     """
     number = min(workers, len(waiting))
-    pool = ProcessPoolExecutor(number, initializer=_load, initargs=(packed,), env=THREADS)
+    pool = ProcessPoolExecutor(number, initializer=_load, initargs=(packed,), env=ENVIRONMENT)
     try:
         while waiting or running:
             while waiting and len(running) < workers:
