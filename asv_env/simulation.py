@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from asv_env import arguments
-from asv_env.checks import Whole, called
+from asv_env.checks import Whole, called, shown
 from asv_env.geometry import plane, wrap, xy
 from asv_env.numerics import numerics
 from asv_env.params import EnvParams
@@ -343,11 +343,15 @@ class Simulation:
             ValueError: the snapshot is that of a simulation with other arguments.
         """
         if not isinstance(snapshot, Snapshot):
-            raise TypeError(f"restore: {snapshot!r} is not a Snapshot, as ``snapshot()`` returns")
+            raise TypeError(
+                f"restore: {shown(snapshot)} is not a Snapshot, as ``snapshot()`` returns"
+            )
         for name in ("num_worlds", "worlds_per_space", "params"):
             mine, other = getattr(self, name), getattr(snapshot, name)
             if mine != other:
-                raise ValueError(f"restore: the snapshot has {name} = {other!r}, not {mine!r}")
+                raise ValueError(
+                    f"restore: the snapshot has {name} = {shown(other)}, not {shown(mine)}"
+                )
         own, sensors, dynamics = pickle.loads(snapshot.memory)
         vars(self).update(own)
         for record in (self._state, self._relations, self._ending):

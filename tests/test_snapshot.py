@@ -8,10 +8,13 @@ import sys
 
 import numpy as np
 import pytest
+from helpers import same
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asv_env import Simulation, make_params
+from asv_env import FEATURES, Simulation, make_params
+from asv_env.sensing.observation import scalar
+from asv_env.tasks import starts
 
 STEPS = 500
 CALLS = ("reset", "one", "step", "copy", "pickle", "snapshot", "restore")
@@ -173,12 +176,60 @@ def test_copies_before_the_first_reset_begin_alike():
 
 
 def test_many_restores_need_no_more_memory():
-    """A contact that has to be made again costs some hundred bytes, not a Space."""
+    """Contacts come and go at every restore, in many worlds."""
     resource = pytest.importorskip("resource")
-    simulation = begun(("push", "nominal", 1, 1, {}))
-    snapshot = simulation.snapshot()
-    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    for _ in range(500):
-        simulation.restore(snapshot)
-        simulation.step(-np.ones((1, 4, 2)))
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - used < 2000
+    simulation = Simulation(make_params("push", 8), 32)
+    simulation.reset(seeds=range(32))
+    apart, action = simulation.snapshot(), np.zeros((32, 8, 2))
+    action[..., 0] = 1.0
+    for _ in range(15):
+        simulation.step(action)
+    touching = simulation.snapshot()
+    assert simulation.state.touching.sum() > 100
+
+    def cycle(times):
+        for _ in range(times):
+            simulation.restore(touching)
+            simulation.step(action)
+            simulation.restore(apart)
+            simulation.step(-action)
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+    assert cycle(40) - cycle(10) < 500  # KiB; a contact takes 0.2
+
+
+def in_contact(params, rng, goal):
+    start = starts.in_slots(params, rng, goal)
+    start.motion[1:, 1] -= start.side * 0.0016
+    return start
+
+
+def test_an_episode_that_begins_in_contact_does_not_depend_on_the_one_before():
+    simulation = Simulation(make_params("push", time_limit=20.0), 2, initial_states=in_contact)
+    first, again = [(simulation.reset(seeds=[0, 1]), play(simulation, 20)) for _ in range(2)]
+    assert same(first, again)
+    simulation.reset(seeds=[0, 1])
+    twin = copy.deepcopy(simulation)
+    assert same(play(simulation, 20), first[1])
+    assert same(play(twin, 20), first[1])
+
+
+def spin(view):
+    return view.relations.yaw_rate[:, 1:]
+
+
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_simulations_with_features_as_objects_can_be_pickled(protocol):
+    own = scalar("spin", 1.0, 1.0, spin)
+    simulation = Simulation(make_params("push", observation=["goal", FEATURES["slot"], own]))
+    simulation.reset(seeds=[0])
+    twin = pickle.loads(pickle.dumps(simulation, protocol))
+    assert twin.params == simulation.params
+    assert hash(twin.params) == hash(simulation.params)
+    simulation.restore(twin.snapshot())
+    assert play(simulation, 5) == play(twin, 5)
+
+
+def test_features_are_equal_where_their_content_is():
+    assert scalar("spin", 1.0, 1.0, spin) == scalar("spin", 1.0, 1.0, spin)
+    assert scalar("spin", 1.0, 1.0, spin) != scalar("spin", 2.0, 1.0, spin)

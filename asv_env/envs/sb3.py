@@ -183,7 +183,6 @@ class BoatVecEnv(Adapter, VecEnv):
                     "TimeLimit.truncated": not terminated[world],
                     "episode": {"r": total, "l": length, "t": elapsed},
                 }
-                self.reset_infos[row] = {}
 
     def render(self, mode: str | None = None) -> Any:
         """Returns all worlds tiled in a frame (H, W, 3) uint8; "human" shows world 0."""

@@ -6,9 +6,8 @@ World 0 of every Space lies at the origin. Bodies are made once and then placed,
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import chain
-from typing import Any
 
 import numpy as np
 import pymunk
@@ -57,7 +56,6 @@ class _Pool:
     read: _Transfer
     write: _Transfer
     contacts: Buffer
-    restored: list[Any] = field(default_factory=list)  #: points of restored contacts, kept alive
 
 
 @dataclass(frozen=True)
@@ -68,8 +66,7 @@ class BasinSnapshot:
         Float  #: (W, B, 9) pose and velocity as the next step finds them, mass, inertia, friction
     )
     motion: Float  #: (W, B, 6) motion after the last step
-    #: for each Space the contacts: numbers of both shapes, and Chipmunk's points
-    contacts: list[list[tuple[int, int, bytes]]]
+    contacts: list[memory.Contacts]  #: of each Space, in the last step
 
 
 class Basin:
@@ -131,18 +128,28 @@ class Basin:
         return BasinSnapshot(np.array(bodies), self.motion.copy(), contacts)
 
     def restore(self, snapshot: BasinSnapshot) -> None:
-        """Continues as the basin did, with the same arguments, whose ``snapshot`` this is."""
-        for bodies, walls, rows in zip(self._bodies, self._walls, snapshot.bodies, strict=True):
-            for body, row in zip(bodies, rows.tolist(), strict=True):
+        """Continues as the basin did, with the same arguments, whose ``snapshot`` this is.
+
+        A step in which the bodies rest where they were finds the same contacts again.
+        """
+        self.motion[...] = snapshot.motion
+        at_rest = snapshot.bodies.copy()
+        at_rest[..., :3], at_rest[..., 3:6] = snapshot.motion[..., :3], 0.0
+        self._put(at_rest)
+        for pool, contacts in zip(self._pools, snapshot.contacts, strict=True):
+            pool.space.step(self._dt)
+            memory.put_contacts(pool.space, contacts)
+        self._put(snapshot.bodies)
+        self._moved = True
+
+    def _put(self, bodies: Float) -> None:
+        """Gives all bodies what ``memory.remembered`` returned, (W, B, 9); they stay there."""
+        for hulls, walls, rows in zip(self._bodies, self._walls, bodies, strict=True):
+            for body, row in zip(hulls, rows.tolist(), strict=True):
                 memory.put(body, *row)
                 body.position_func = memory.stay
             for wall in walls:
                 wall.friction = rows[0, -1].item()
-        self._moved = True
-        self.motion[...] = snapshot.motion
-        for pool, contacts in zip(self._pools, snapshot.contacts, strict=True):
-            lib.cpSpaceSetCurrentTimeStep(pool.space._space, self._dt)
-            pool.restored = memory.put_contacts(pool.space, contacts)
 
     def world_motion(self) -> Float:
         """Returns a copy of the motion (W, B, 6) in each world's own coordinates."""
@@ -166,6 +173,7 @@ class Basin:
             pose, velocity = (x + tile_x, y + tile_y, heading), (vx, vy, yaw_rate)
             memory.put(body, *pose, *velocity, masses[row], inertias[row], root)
             body.position_func = pymunk.Body.update_position
+            memory.forget_contacts(body)
             space.reindex_shapes_for_body(body)
         for wall in self._walls[world]:
             wall.friction = root
@@ -206,7 +214,7 @@ class Basin:
         space.use_spatial_hash(cell, CELLS_PER_BODY * count)
         space.iterations = 10
         space.collision_slop = 1e-4
-        # Contacts that have ended are forgotten at once, so that none outlives a reset.
+        # Contacts that have ended are forgotten at once; ``place`` forgets the others.
         space.collision_persistence = 1
         spacing, columns = self._tile_spacing(cell), math.ceil(math.sqrt(len(worlds)))
         for index, world in enumerate(worlds):

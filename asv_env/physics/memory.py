@@ -3,14 +3,14 @@
 Chipmunk begins to solve a contact from the impulses of the step before.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import pymunk
-from pymunk.batch import ffi, lib
+from pymunk.batch import ffi
 
 POINT = "struct cpContact"  #: Chipmunk's record of one point of a contact
-ACTIVE = 1  #: Chipmunk's state of an arbiter that was active in the step before
+Contacts = dict[frozenset[int], bytes]
+"""Contacts of a Space: Chipmunk's points by the numbers of both shapes."""
 
 
 def put(
@@ -51,40 +51,45 @@ def _address(pointer: Any) -> int:
     return int(ffi.cast("uintptr_t", pointer))
 
 
-def contacts(space: pymunk.Space) -> list[tuple[int, int, bytes]]:
-    """Returns the contacts of the last step: the numbers of both shapes, and Chipmunk's points."""
-    number = {_address(shape._shape): index for index, shape in enumerate(space.shapes)}
-    return [
-        (number[_address(arbiter.a)], number[_address(arbiter.b)], _points(arbiter))
-        for arbiter in space._get_arbiters()
-        if arbiter.count
-    ]
+def forget_contacts(body: pymunk.Body) -> None:
+    """Makes the next contacts of a body begin like those of one that touched nothing."""
+    body.each_arbiter(_forget)
 
 
-def _points(arbiter: Any) -> bytes:
-    return bytes(ffi.buffer(arbiter.contacts, arbiter.count * ffi.sizeof(POINT)))
+def _forget(arbiter: pymunk.Arbiter) -> None:
+    arbiter._arbiter.count = 0
 
 
-def put_contacts(space: pymunk.Space, contacts: Sequence[tuple[int, int, bytes]]) -> list[Any]:
-    """Gives a Space the contacts of its last step, and no others.
+def contacts(space: pymunk.Space) -> Contacts:
+    """Returns the contacts of the last step, by the numbers of both shapes: Chipmunk's points."""
+    numbers = _numbers(space)
+    return {_pair(arbiter, numbers): bytes(_points(arbiter)) for arbiter in _arbiters(space)}
 
-    Returns:
-        Memory that must live until the next step has read it.
-    """
-    known = {}
-    for arbiter in space._get_arbiters():
-        arbiter.count = 0
-        known[frozenset((_address(arbiter.a), _address(arbiter.b)))] = arbiter
-    shapes, kept = [shape._shape for shape in space.shapes], []
-    for first, second, points in contacts:
-        a, b = shapes[first], shapes[second]
-        arbiter = known.get(frozenset((_address(a), _address(b))))
-        if arbiter is None:
-            arbiter = lib.cpArbiterNew(a, b)
-            lib.cpSpaceAddCachedArbiter(space._space, arbiter)
-        memory = ffi.new(f"{POINT}[]", len(points) // ffi.sizeof(POINT))
-        ffi.buffer(memory)[:] = points
-        kept.append(memory)
-        arbiter.contacts, arbiter.count = memory, len(memory)
-        arbiter.stamp, arbiter.state = lib.cpSpaceGetTimestamp(space._space), ACTIVE
-    return kept
+
+def put_contacts(space: pymunk.Space, contacts: Contacts) -> None:
+    """Gives the contacts of the last step the points of others, taken at the same poses."""
+    numbers = _numbers(space)
+    for arbiter in _arbiters(space):
+        points = contacts.get(_pair(arbiter, numbers))
+        if points is None:
+            arbiter.count = 0
+        else:
+            _points(arbiter)[:] = points
+
+
+def _arbiters(space: pymunk.Space) -> list[Any]:
+    """Returns Chipmunk's records of pairs that touch."""
+    return [arbiter for arbiter in space._get_arbiters() if arbiter.count]
+
+
+def _points(arbiter: Any) -> Any:
+    """Returns the memory in which the points of a contact are."""
+    return ffi.buffer(arbiter.contacts, arbiter.count * ffi.sizeof(POINT))
+
+
+def _numbers(space: pymunk.Space) -> dict[Any, int]:
+    return {shape._shape: number for number, shape in enumerate(space.shapes)}
+
+
+def _pair(arbiter: Any, numbers: dict[Any, int]) -> frozenset[int]:
+    return frozenset((numbers[arbiter.a], numbers[arbiter.b]))

@@ -10,6 +10,7 @@ An environment takes ``observation=[...]``: names of ``FEATURES``, or ``Feature`
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ Value = Callable[[View], np.ndarray]
 Features = tuple["Feature", ...]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Feature:
     """A feature of an observation, with one or several columns; see ``scalar`` and ``vector``.
 
@@ -72,6 +73,19 @@ class Feature:
             object.__setattr__(self, "columns", columns)
         if len(self.columns or (self.name,)) != width:
             raise ValueError(f"feature {self.name!r}: give a name for each of {width} columns")
+
+    def __hash__(self) -> int:
+        return hash(self.name)  # Every step looks up what belongs to features.
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Pickles built-in features by name: most of their functions have none."""
+        if any(self is one for one in DEFAULT):
+            return _built_in, (self.name,)
+        return super().__reduce_ex__(protocol)
+
+
+def _built_in(name: str) -> Feature:
+    return next(one for one in DEFAULT if one.name == name)
 
 
 def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:
