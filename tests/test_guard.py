@@ -361,6 +361,24 @@ def test_what_a_policy_changes_is_put_back(tmp_path, monkeypatch):
     assert torch.get_default_dtype() == torch.float32
 
 
+@pytest.mark.parametrize("alarm", [0.0, 100.0])
+def test_what_a_policy_does_with_signals_and_recursion_is_put_back(alarm):
+    """An alarm that the user has set is still to come."""
+    limit, handler = sys.getrecursionlimit(), signal.getsignal(signal.SIGALRM)
+    signal.setitimer(signal.ITIMER_REAL, alarm)
+    try:
+        with restored():
+            sys.setrecursionlimit(limit + 1)
+            signal.signal(signal.SIGALRM, signal.SIG_IGN)
+            signal.setitimer(signal.ITIMER_REAL, 50.0)
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        assert bool(signal.getitimer(signal.ITIMER_REAL)[0]) == bool(alarm)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    assert (sys.getrecursionlimit(), signal.getsignal(signal.SIGALRM)) == (limit, handler)
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
 def test_warnings_that_are_errors_of_the_user_end_nothing():
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -9,6 +9,7 @@ import sys
 import textwrap
 import threading
 import time
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 
@@ -310,18 +311,35 @@ def test_two_comparisons_at_once_do_not_disturb_each_other(tmp_path):
 
 
 @pytest.mark.usefixtures("no_report")
-def test_sigterm_ends_a_run_in_a_line_and_is_the_users_afterwards(tmp_path, monkeypatch):
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_signals_end_a_run_in_a_line_and_are_the_users_afterwards(name, tmp_path, monkeypatch):
     class Ends(Idle):
         def act(self, *arguments):
-            os.kill(os.getpid(), signal.SIGTERM)
+            os.kill(os.getpid(), getattr(signal, name))
             return super().act(*arguments)
 
     monkeypatch.setattr(POLICIES, "_entries", {**POLICIES._entries, "ends": Ends})
     arguments = ["--task", "push", "--episodes", 1, "--policies", "ends", "--workers", 0]
     with pytest.raises(SystemExit) as stopped:
         run(*arguments, "--out", tmp_path)
-    assert stopped.value.code.splitlines()[1] == "stopped by SIGTERM"
-    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    assert stopped.value.code.splitlines()[1] == f"stopped by {name}"
+    assert signal.getsignal(getattr(signal, name)) is signal.SIG_DFL
+
+
+def test_workers_that_die_between_batches_are_replaced(monkeypatch):
+    """As by what a policy has left behind: nobody is to blame, and nothing is lost."""
+    really, pools = workers._in_pool, []
+
+    def in_pool(waiting, running, number, packed):
+        pools.append(len(waiting))
+        if len(pools) == 1:
+            yield from really(deque([waiting.popleft()]), running, number, packed)
+            raise BrokenProcessPool("A worker has died")
+        yield from really(waiting, running, number, packed)
+
+    monkeypatch.setattr(workers, "_in_pool", in_pool)
+    assert len(rows([job(local_policy(), range(4))], 2)) == 4
+    assert pools == [2, 1]
 
 
 @pytest.mark.usefixtures("no_report")

@@ -134,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         with steady():
             _main(arguments)
     except KeyboardInterrupt as error:
-        stopped("stopped by SIGTERM" if isinstance(error, Terminated) else "stopped")
+        stopped(f"stopped by {error}" if isinstance(error, Terminated) else "stopped")
 
 
 def _main(arguments: Sequence[str] | None) -> None:

@@ -203,10 +203,11 @@ def _run_local(
     dead: dict[RunKey, str] = {}
     while waiting:
         running: dict[Future[Batch], Job] = {}
+        before = len(waiting)
         try:
             yield from _in_pool(waiting, running, workers, packed)
         except BrokenProcessPool as broken:
-            if not running:
+            if len(waiting) == before:
                 raise WorkerError(f"no worker process can be started: {_death(broken)}") from broken
             for suspect in running.values():
                 if suspect.key in dead:

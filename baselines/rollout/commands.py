@@ -5,7 +5,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import tyro
@@ -16,31 +16,31 @@ from baselines.rollout.error_text import one_line
 LONGEST = 1000  #: largest number of characters of a line of a message
 
 
+ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals that end a command; the second comes when its terminal is closed."""
+
+
 class Terminated(KeyboardInterrupt):
-    """SIGTERM was received, which ends a command as Ctrl-C does."""
+    """A signal was received, which is named and ends a command as Ctrl-C does."""
 
 
 @contextmanager
 def steady() -> Iterator[None]:
     """Runs a block as a command of its own, also within another program.
 
-    NumPy treats errors of numbers as when a program begins, and SIGTERM raises ``Terminated``,
-    unless the program handles it. Of signals only the main thread hears.
+    NumPy treats errors of numbers as when a program begins, and signals of ``ENDING`` raise
+    ``Terminated``, unless the program handles them. Of signals only the main thread hears.
     """
-    with numerics():
-        main = threading.current_thread() is threading.main_thread()
-        if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-            yield
-            return
-        before = signal.signal(signal.SIGTERM, _terminate)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGTERM, before)
+    main = threading.current_thread() is threading.main_thread()
+    with numerics(), ExitStack() as stack:
+        for number in ENDING if main else ():
+            if signal.getsignal(number) is signal.SIG_DFL:
+                stack.callback(signal.signal, number, signal.signal(number, _terminate))
+        yield
 
 
-def _terminate(*_: Any) -> None:
-    raise Terminated
+def _terminate(number: int, _: Any) -> None:
+    raise Terminated(signal.Signals(number).name)
 
 
 def command(function: Callable[..., object], program: str) -> Callable[..., None]:

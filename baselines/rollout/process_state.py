@@ -11,7 +11,11 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)  #: signals whose handlers are put back
+SIGNALS = [
+    getattr(signal, name)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM")
+    if hasattr(signal, name)
+]  #: signals whose handlers are put back
 
 
 @contextmanager
@@ -33,17 +37,24 @@ def restored() -> Iterator[None]:
     """Puts back at the end what a policy may have changed, so that no other one meets it.
 
     These are the current folder, the standard streams, the filters of warnings, the locale, the
-    garbage collector, handlers of signals, and torch's default type and number of threads.
+    garbage collector, the limit of recursion, handlers of signals and which are blocked, an alarm
+    that was set, and torch's default type and number of threads.
     """
     with ExitStack() as stack:
         stack.callback(_set_streams, sys.stdout, sys.stderr)
         stack.callback(gc.enable if gc.isenabled() else gc.disable)
+        stack.callback(_attempt, sys.setrecursionlimit, sys.getrecursionlimit())
         stack.callback(_attempt, locale.setlocale, locale.LC_ALL, locale.setlocale(locale.LC_ALL))
         with suppress(OSError):  # a folder that was removed
             stack.callback(_attempt, os.chdir, os.getcwd())
         if threading.current_thread() is threading.main_thread():
             for number in SIGNALS:
                 stack.callback(_attempt, signal.signal, number, signal.getsignal(number))
+            if hasattr(signal, "pthread_sigmask"):  # where there are alarms too
+                blocked = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+                stack.callback(signal.pthread_sigmask, signal.SIG_SETMASK, blocked)
+                if not any(signal.getitimer(signal.ITIMER_REAL)):
+                    stack.callback(signal.setitimer, signal.ITIMER_REAL, 0.0)
         stack.callback(_set_torch, *_torch_state())
         stack.callback(_set_filters, list(warnings.filters))
         yield
