@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.checks import shown
+from asv_env.text import shown
 from asv_env.types import Float, Int
 
 

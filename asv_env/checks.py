@@ -15,11 +15,12 @@ from typing import Any, NoReturn, get_args, get_type_hints
 
 import numpy as np
 
+from asv_env.text import LONGEST, described, shown
+
 TINY = 1e-9  #: smallest value of a parameter that must be positive
 LARGEST_TEAM = 100  #: largest number of boats
 REAL, COMPLEX, TRUTH = "biuf", "c", "b"  #: kinds of numbers, as in ``dtype.kind``
 NUMBERS = {REAL: "real", COMPLEX: "complex", TRUTH: "bool"}  #: their names in messages
-SHOWN = 200  #: number of characters of a value that a message shows
 
 
 class UnknownNameError(ValueError, KeyError):
@@ -36,16 +37,6 @@ class FunctionError(ValueError):
     """A function of a task or an observation has failed, or has returned what it must not."""
 
 
-def shown(value: object, text_of: Callable[[Any], str] = repr) -> str:
-    """Returns the text of a value for a message: one line, printable, and not too long."""
-    try:
-        text = " ".join(text_of(value).split())
-    except Exception:  # also of whole numbers with very many digits
-        text = f"<{type(value).__name__}>"
-    text = "".join(letter if letter.isprintable() else "?" for letter in text[: SHOWN + 1])
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
-
-
 def called(kind: str, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
     """Returns what a user's function returns.
 
@@ -55,8 +46,7 @@ def called(kind: str, name: str, function: Callable[..., Any], *arguments: Any) 
     try:
         return function(*arguments)
     except Exception as error:
-        text = shown(error, str)
-        raise FunctionError(f"{kind} {name!r} failed: {type(error).__name__}: {text}") from error
+        raise FunctionError(f"{kind} {name!r} failed: {described(error)}") from error
 
 
 def values(
@@ -126,7 +116,7 @@ def refuse_option(name: str, known: Iterable[str]) -> NoReturn:
 
 def nearest(value: object, names: Sequence[str]) -> str:
     """Returns " Did you mean ...?" with the name that is most like a text, or nothing."""
-    word = value[:SHOWN] if isinstance(value, str) else ""
+    word = value[:LONGEST] if isinstance(value, str) else ""
     near = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
     return f" Did you mean {near[0]!r}?" if near else ""
 

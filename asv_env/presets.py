@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from typing import Any
 
-from asv_env.checks import check_num_boats, choice, plain, refuse_option, shown
+from asv_env.checks import check_num_boats, choice, plain, refuse_option
 from asv_env.params import (
     NOMINAL_LENGTH,
     BoatParams,
@@ -25,6 +25,7 @@ from asv_env.params import (
 from asv_env.registry import ReadOnlyDict, Registry
 from asv_env.sensing import observation as observing
 from asv_env.tasks import TASKS, Task
+from asv_env.text import shown
 
 Overrides = Mapping[str, Mapping[str, Any]]  #: fields that differ, by section
 

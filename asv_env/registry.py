@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator, Mapping
 from types import ModuleType
 from typing import Any, Generic, NoReturn, TypeVar
 
-from asv_env.checks import choice, plain, shown
+from asv_env.checks import choice, plain
+from asv_env.text import described, one_line, shown
 
 T = TypeVar("T")
 
@@ -143,7 +144,7 @@ def load(word: str, option: str = "") -> Any:
     Raises:
         LoadError: a word of another form, no such module or attribute, or an import that fails.
     """
-    given = f"{option} = {shown(word)}" if option else shown(word, str)
+    given = f"{option} = {shown(word)}" if option else one_line(word)
     module, _, name = word.partition(":")
     if not name.isidentifier() or not all(part.isidentifier() for part in module.split(".")):
         raise LoadError(f"{given}: give 'module:NAME', the names of a module and of a thing in it")
@@ -172,10 +173,7 @@ def _imported(module: str) -> ModuleType:
 
 
 def _failed(given: str, module: str, error: BaseException) -> LoadError:
-    return LoadError(
-        f"{given}: importing the module {module} failed with {type(error).__name__}: "
-        f"{shown(error, str)}"
-    )
+    return LoadError(f"{given}: importing the module {module} failed with {described(error)}")
 
 
 def _look_here(top: str) -> None:

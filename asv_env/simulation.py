@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from asv_env import arguments
-from asv_env.checks import Whole, called, shown
+from asv_env.checks import Whole, called
 from asv_env.geometry import plane, wrap, xy
 from asv_env.numerics import numerics
 from asv_env.params import EnvParams
@@ -23,6 +23,7 @@ from asv_env.tasks import formation, initial_state, metrics, reward, termination
 from asv_env.tasks.formation import Relations, relate
 from asv_env.tasks.reward import Transition
 from asv_env.tasks.task import InitialStates, Task
+from asv_env.text import shown
 from asv_env.types import (
     Bool,
     Ending,

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 GROUND = {
     f"asv_env.{name}"
-    for name in ("types", "checks", "files", "geometry", "numerics", "registry", "params")
+    for name in ("types", "text", "checks", "files", "geometry", "numerics", "registry", "params")
 }
 WORLD = {
     *GROUND,
@@ -24,7 +24,8 @@ EVALUATE = "baselines.evaluate"
 ROOMS = {
     # the world
     "asv_env.types": set(),
-    "asv_env.checks": set(),
+    "asv_env.text": set(),
+    "asv_env.checks": {"asv_env.text"},
     "asv_env.files": set(),
     "asv_env.arguments": GROUND,
     "asv_env.numerics": set(),

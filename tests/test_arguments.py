@@ -83,7 +83,7 @@ def test_worlds_go_on_where_the_initial_state_of_a_later_one_cannot_be_sampled()
     for simulation in (touched, plain):
         simulation.reset(seeds=[1, 2])
         simulation.step(np.ones((2, 4, 2)))
-    with pytest.raises(RuntimeError, match="no such place"):
+    with pytest.raises(ValueError, match="no such place"):
         touched.reset(seeds=[3, 4])
     here, there = (simulation.step(np.ones((2, 4, 2))) for simulation in (touched, plain))
     np.testing.assert_array_equal(here.observation, there.observation)

@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from asv_env import Simulation, make_params
+from asv_env.text import LONGEST, described, one_line
 from baselines.policy import Idle, Random, checked_action
 from baselines.rollout import film, runner
-from baselines.rollout.error_text import LONGEST, described, one_line
 from baselines.rollout.guard import Guard, PolicyError
 from baselines.rollout.loop import rollout
 from baselines.rollout.process_state import neutral, restored

@@ -30,6 +30,7 @@ from baselines.evaluate.store import RunKey
 from baselines.evaluate.workers import Job, WorkerError
 from baselines.policy import POLICIES, Idle
 from baselines.rollout import trajectories
+from baselines.rollout.commands import steady
 from baselines.rollout.episodes import Label
 
 EPISODES = 12
@@ -408,3 +409,18 @@ def test_processes_import_nothing_from_the_current_folder(tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     found = compare({"idle": "idle"}, make_params("push", time_limit=0.5), 1, workers=1)
     assert found.episodes["error"].isna().all()
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGINT"])
+def test_a_signal_that_comes_where_errors_are_lost_is_heard_afterwards(name):
+    class Frees:
+        def __del__(self):
+            os.kill(os.getpid(), getattr(signal, name))
+
+    @steady()
+    def waits():
+        Frees()
+        time.sleep(5.0)
+
+    with pytest.raises(KeyboardInterrupt, match="SIGTERM" if name == "SIGTERM" else "^$"):
+        waits()

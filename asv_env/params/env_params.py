@@ -4,10 +4,11 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from typing import Annotated, Any, Self
 
-from asv_env.checks import LARGEST_TEAM, Name, Whole, check_fields, plain, shown
+from asv_env.checks import LARGEST_TEAM, Name, Whole, check_fields, plain
 from asv_env.params.hull_params import BoatParams, VesselParams
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import RewardParams, TaskParams
+from asv_env.text import shown
 
 ACTION_MODES = ("tracking", "thrusters")
 SMALLEST_CAGE = 4  #: smallest team whose first and last boats cage the ends of the vessel

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Self
 
 from asv_env import geometry
-from asv_env.checks import Name, check_fields, numbers, shown
+from asv_env.checks import Name, check_fields, numbers
 from asv_env.params.ranges import (
     AngleTolerance,
     Distance,
@@ -18,6 +18,7 @@ from asv_env.params.ranges import (
     ToleranceOrZero,
     Weight,
 )
+from asv_env.text import shown
 
 SIDES = ("+n", "-n", "goal")
 GOAL_ANCHORS = ("world", "closure")

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.checks import shown
 from asv_env.geometry import wrap
 from asv_env.params import EnvParams
+from asv_env.text import shown
 from asv_env.types import InitialState
 
 RANGES = {

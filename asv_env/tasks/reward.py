@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asv_env.checks import REAL, FunctionError, choice, finite, shown, values
+from asv_env.checks import REAL, FunctionError, choice, finite, values
 from asv_env.geometry import wrap
 from asv_env.params import NOMINAL_LENGTH, EnvParams, RewardParams
 from asv_env.tasks.formation import Relations
+from asv_env.text import shown
 from asv_env.types import Ending, Float, State
 
 HEADING_WEIGHT = 0.25  #: cost of a turn of the vessel by 1 rad, m at the nominal size

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NoReturn
 
 import tyro
 
+from asv_env.text import described, one_line
 from baselines.rollout.commands import LONGEST, Terminated, say, steady
-from baselines.rollout.error_text import described, one_line
 
 if TYPE_CHECKING:
     from baselines.evaluate.conditions import Suite

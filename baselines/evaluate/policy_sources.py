@@ -20,13 +20,13 @@ import numpy as np
 from asv_env.numerics import numerics
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
+from asv_env.text import described, shown
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.names import check_distinct, check_policy_name
 from baselines.learned import policy_file
 from baselines.learned.sb3_policy import Sb3Policy
 from baselines.policy import POLICIES, MakePolicy
 from baselines.rollout import provenance
-from baselines.rollout.error_text import described
 from baselines.rollout.guard import decision, is_ctrl_c
 from baselines.rollout.process_state import restored
 
@@ -99,7 +99,9 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
     if callable(given):
         return _written(getattr(given, "__name__", type(given).__name__), given)
     if not isinstance(given, str | Path):
-        raise TypeError(f"{given!r} is not a policy: give a name, a path, a class or a function")
+        raise TypeError(
+            f"{shown(given)} is not a policy: give a name, a path, a class or a function"
+        )
     word, path = str(given), Path(os.path.expanduser(given)).absolute()
     if word in POLICIES and not is_own(POLICIES[word]):
         identity = policy_file.fingerprint() if word == "learned" else word
@@ -143,7 +145,9 @@ def named(
         ValueError, TypeError: a name or trainings that cannot be; other errors as ``find``.
     """
     if not isinstance(policies, Mapping) or not policies:
-        raise TypeError(f"policies={policies!r}: give at least one, by name: {{'mine': MyPolicy}}")
+        raise TypeError(
+            f"policies={shown(policies)}: give at least one, by name: {{'mine': MyPolicy}}"
+        )
     found = {}
     for name, given in policies.items():
         several = isinstance(given, Sequence) and not isinstance(given, str)

@@ -12,6 +12,7 @@ from typing import Any
 from tqdm import tqdm
 
 from asv_env import files
+from asv_env.text import shown
 from baselines.evaluate import workers
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.policy_sources import (
@@ -100,7 +101,7 @@ def check_whole(name: str, value: Any, least: int, most: int) -> None:
     whole = isinstance(value, Integral) and not isinstance(value, bool)
     if not whole or not least <= value <= most:
         reach = f"at least {least}" if whole and value < least else f"{least} to {most}"
-        raise ValueError(f"{name}={value}: must be a whole number, {reach}")
+        raise ValueError(f"{name}={shown(value)}: must be a whole number, {reach}")
 
 
 def run(request: Request, store: Store, progress: bool) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 from asv_env.params import EnvParams
 from asv_env.registry import Registry
+from asv_env.text import shown
 from baselines.evaluate.conditions import CUSTOM, Condition, Suite
 from baselines.paper.paper_numbers import PAPER_GOAL
 from baselines.rollout import seeds
@@ -138,7 +139,7 @@ def find(given: str | Suite | Condition | EnvParams | Sequence[Condition]) -> Su
         given = Condition(CUSTOM, environment=given)
     conditions = (given,) if isinstance(given, Condition) else tuple(given)
     if not conditions or not all(isinstance(one, Condition) for one in conditions):
-        raise TypeError(f"suite={given!r}: give a name, a Suite, Conditions or EnvParams")
+        raise TypeError(f"suite={shown(given)}: give a name, a Suite, Conditions or EnvParams")
     return Suite(CUSTOM, "Conditions given from Python.", conditions, episodes=100)
 
 

@@ -34,13 +34,13 @@ from joblib.externals.loky.process_executor import BrokenProcessPool, ProcessPoo
 from joblib.parallel import LokyBackend, get_active_backend
 
 from asv_env.params import EnvParams
+from asv_env.text import described, one_line
 from baselines.evaluate import policy_sources
 from baselines.evaluate.conditions import Suite
 from baselines.evaluate.policy_sources import PolicySource, importing
 from baselines.evaluate.store import RunKey
 from baselines.rollout import runner, trajectories
 from baselines.rollout.episodes import Label, PoseLog
-from baselines.rollout.error_text import described, one_line
 from baselines.rollout.process_state import neutral, restored
 
 POLL = 0.5  #: time between two looks of a worker at whether its parent is alive, s

@@ -4,18 +4,19 @@ import os
 import signal
 import sys
 import threading
+from _thread import interrupt_main
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from typing import Any
 
 import tyro
 
 from asv_env.numerics import numerics
-from baselines.rollout.error_text import one_line
+from asv_env.text import one_line
 
 LONGEST = 1000  #: largest number of characters of a line of a message
-
-
+AGAIN = 0.01  #: time after which a signal that was lost comes again, s
 ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that end a command; the second comes when its terminal is closed."""
 
@@ -31,16 +32,28 @@ def steady() -> Iterator[None]:
     NumPy treats errors of numbers as when a program begins, and signals of ``ENDING`` raise
     ``Terminated``, unless the program handles them. Of signals only the main thread hears.
     """
-    main = threading.current_thread() is threading.main_thread()
     with numerics(), ExitStack() as stack:
-        for number in ENDING if main else ():
-            if signal.getsignal(number) is signal.SIG_DFL:
-                stack.callback(signal.signal, number, signal.signal(number, _terminate))
+        if threading.current_thread() is threading.main_thread():
+            for number in ENDING:
+                if signal.getsignal(number) is signal.SIG_DFL:
+                    stack.callback(signal.signal, number, signal.signal(number, _terminate))
+            stack.callback(setattr, sys, "unraisablehook", sys.unraisablehook)
+            sys.unraisablehook = partial(_hear_again, sys.unraisablehook)
         yield
 
 
 def _terminate(number: int, _: Any) -> None:
     raise Terminated(signal.Signals(number).name)
+
+
+def _hear_again(report: Callable[[Any], object], unraisable: Any) -> None:
+    """Has a signal come again that came in a callback of a C library, where errors are lost."""
+    error = unraisable.exc_value
+    if isinstance(error, KeyboardInterrupt):
+        number = signal.Signals[str(error)] if isinstance(error, Terminated) else signal.SIGINT
+        threading.Timer(AGAIN, interrupt_main, (number,)).start()
+    else:
+        report(unraisable)
 
 
 def command(function: Callable[..., object], program: str) -> Callable[..., None]:

@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any
 
-from asv_env.checks import FunctionError, called, shown
+from asv_env.checks import FunctionError, called
 from asv_env.params import EnvParams
+from asv_env.text import one_line, shown
 from asv_env.types import Action, Bool, Float, Observation
 from baselines.paper import dubins
-from baselines.rollout.error_text import one_line
 
 POSE_LOG_EVERY = 2  #: control ticks between two poses of a log
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
+from asv_env.text import described
 from asv_env.types import Action, Bool, Observation, Sensed
 from baselines.policy import MakePolicy, Policy, checked_action
-from baselines.rollout.error_text import described
 
 
 class PolicyError(Exception):

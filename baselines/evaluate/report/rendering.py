@@ -11,11 +11,11 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
+from asv_env.text import one_line
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import descriptions, formats
 from baselines.evaluate.tables import markdown as markdown_text
-from baselines.rollout.error_text import one_line
 
 SHOWN = 20  #: largest number of broken episodes that are listed
 BROKEN = (

@@ -1,6 +1,6 @@
-"""What an error says, as one line that can stand in any table, file or terminal.
+"""Values and errors as one line of text that can stand in any message, table, file or terminal.
 
-The error may come from foreign code: its text can fail, be huge, or hold anything.
+They may be foreign: their text can fail, be huge, or hold anything.
 """
 
 from collections.abc import Callable
@@ -23,6 +23,12 @@ def one_line(text: str, longest: int = LONGEST) -> str:
     )
     whole = len(shown) <= longest and len(plain) == str.__len__(text)
     return shown if whole else f"{shown[: longest - 3]}..."
+
+
+def shown(value: object) -> str:
+    """Returns the text of a value, as Python writes it, in one line."""
+    otherwise = _tried(lambda: f"<{type(value).__name__}>", "<?>")
+    return one_line(_tried(lambda: repr(value), otherwise))  # fails for huge whole numbers too
 
 
 def described(error: BaseException, longest: int = LONGEST) -> str:
