@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from typing import Annotated
 from unittest import mock
 
 import numpy as np
@@ -18,6 +19,7 @@ import asv_env.simulation
 from asv_env import Simulation, make_params
 from asv_env.checks import check_whole
 from baselines.policy import Idle
+from baselines.rollout.commands import command
 from baselines.rollout.loop import rollout
 
 
@@ -56,8 +58,8 @@ def unprotected() -> Iterator[None]:
         yield
 
 
-def main(options: Options) -> None:
-    """Prints the median cost of the protection and its quartiles."""
+def compare(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Print the median cost of the protection and its quartiles."""
     params = make_params("push", scenario="noisy", goal=(0.0, -2.5, 0.0))
     for worlds in options.worlds:
         ratios, times = [], []
@@ -73,5 +75,7 @@ def main(options: Options) -> None:
         )
 
 
+main = command(compare, "python benchmarks/protection.py")
+
 if __name__ == "__main__":
-    main(tyro.cli(Options))
+    main()

@@ -29,7 +29,6 @@ import platform
 import time
 from dataclasses import dataclass
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Annotated, Any
 from unittest import mock
 
@@ -43,7 +42,7 @@ from tqdm import tqdm
 from asv_env import files
 from asv_env.checks import TINY, check_numbers, check_whole
 from baselines.rollout import provenance
-from baselines.rollout.commands import command
+from baselines.rollout.commands import FilePath, command
 
 SUBSTEPS = CLOCK["physics"] // CLOCK["control"]
 VMAS_SUBSTEPS = 1
@@ -70,7 +69,7 @@ class Options:
     seconds: float = 0.5  #: length of a measurement, s
     rounds: int = 11  #: number of measurements of each subject
     vmas: tyro.conf.FlagCreatePairsOff[bool] = True  #: compare with VMAS, if it is installed
-    out: Path | None = None  #: JSON file for all samples
+    out: FilePath | None = None  #: JSON file for all samples
     overwrite: tyro.conf.FlagCreatePairsOff[bool] = False  #: replace that file
 
     def __post_init__(self) -> None:

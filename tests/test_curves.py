@@ -50,6 +50,12 @@ def test_a_picture_is_drawn(runs, tmp_path):
     assert file.read_text().count('<g id="axes_') == 2
 
 
+def test_a_home_folder_is_expanded_where_shells_leave_it(runs, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    curves.main(["both=~/one,~/two", "--out=~/curves.svg"])
+    assert (tmp_path / "curves.svg").exists()
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -13,6 +13,7 @@ from baselines.evaluate.results import of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import summarise
 from baselines.rollout.episodes import Episode
+from baselines.rollout.lock import locked
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs/results"
@@ -109,6 +110,17 @@ def folder(tmp_path):
 
 def command(folder, *more):
     pages.main(["--results", str(folder), "--page", str(folder / "page.md"), *more])
+
+
+def test_nothing_is_published_while_a_suite_or_all_of_them_are_in_use(folder, monkeypatch):
+    before = {path: path.read_bytes() for path in folder.rglob("*.*") if path.is_file()}
+    for used in (folder, folder / "plane-v1"):
+        with locked(used), pytest.raises(SystemExit, match="in use by another run"):
+            command(folder)
+    assert all(path.read_bytes() == text for path, text in before.items())
+    monkeypatch.setenv("HOME", str(folder))
+    pages.main(["--results=~", "--page=~/page.md"])
+    command(folder, "--check")
 
 
 def test_pages_show_the_numbers_of_the_rows(folder):

@@ -74,7 +74,10 @@ def test_folder_that_has_the_name_of_a_module_does_not_hide_it(folder, monkeypat
         ("raise SystemExit(3)", "failed with SystemExit: 3"),
         ("import no_module_", "failed with ModuleNotFoundError: No module named 'no_module_'"),
         ("raise ValueError('a\\n\\x1b[31mb' + 'c' * 10**6)", "failed with ValueError: a \\\\x1b"),
-        ("class E(Exception):\n def __str__(self): 1 / 0\nraise E", "failed with E: its text cannot be read"),
+        (
+            "class E(Exception):\n def __str__(self): 1 / 0\nraise E",
+            "failed with E: its text cannot be read",
+        ),
         ("def __getattr__(name): raise AttributeError(name)", "has no attribute 'NAME'"),
         ("OTHER = 1", r"has no attribute 'NAME' \(.*own_.py\)"),
     ],

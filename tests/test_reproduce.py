@@ -110,7 +110,7 @@ def test_a_run_that_was_stopped_continues(tmp_path, monkeypatch, capsys):
                 fig5_paths.correction, contents.GEOMETRY
             )
         )  # fmt: skip
-        with pytest.raises(SystemExit, match="the same command continues"):
+        with pytest.raises(SystemExit, match="give the same command to continue"):
             run(*ONLY, "--out", tmp_path)
     first = (tmp_path / "fig3.png").stat().st_mtime_ns
     run(*ONLY, "--out", tmp_path)

@@ -22,6 +22,7 @@ from train_helpers import ROOT, actor_of, refusal, same, timesteps, tiny, train,
 from baselines.rollout.lock import locked
 from train import evaluation
 from train.__main__ import main
+from train.config import parse
 from train.run import Run
 from train.sb3.ppo import Learner
 from train.sb3.training import Callback
@@ -259,6 +260,8 @@ def test_a_training_that_diverges_says_so_and_keeps_the_policy_of_before(tmp_pat
 
 def test_a_home_folder_is_expanded(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert tiny(out="~/runs/x").folder == tmp_path / "runs/x"
+    config = parse(words("--out=~/x", "--init-from=~/a.npz", "--imitation.rounds=0"))
+    assert (config.folder, config.init_from) == (tmp_path / "x", tmp_path / "a.npz")
+    assert parse(words("--imitation.demonstrations=~/d")).imitation.demonstrations == tmp_path / "d"
     monkeypatch.delenv("HOME")
-    assert tiny(out="~nobody-here/x").folder.name == "x"
+    assert parse(words("--out=~nobody-here/x")).folder.name == "x"

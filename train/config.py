@@ -1,7 +1,6 @@
 """All options of a training, the presets of the tasks, and the command line that sets them."""
 
 import json
-import os
 import re
 import sys
 from collections import Counter
@@ -19,6 +18,7 @@ from asv_env.presets import make_params
 from asv_env.sensing import observation
 from asv_env.tasks import TASKS, Task
 from baselines.rollout import seeds
+from baselines.rollout.commands import FilePath
 from train.sections import (
     CONTROL_RATE,
     MOST_STEPS,
@@ -43,9 +43,9 @@ class Config:
     task: str = "push"  #: name of the task, or "module:NAME"
     engine: Literal["sb3", "rllib"] = "sb3"  #: stable-baselines3, or Ray RLlib, also on a cluster
     seed: int = 0  #: seed of the run, from 0; the seeds of its worlds follow from it
-    out: Path | None = None  #: folder of the run; by default runs/train/TASK-ENGINE-SEED
+    out: FilePath | None = None  #: folder of the run; by default runs/train/TASK-ENGINE-SEED
     overwrite: bool = False  #: start again where the folder holds a run
-    init_from: Path | None = None  #: policy file (.npz) with whose weights the actor begins
+    init_from: FilePath | None = None  #: policy file (.npz) with whose weights the actor begins
     checkpoint_every: int = 1_000_000  #: timesteps between checkpoints
 
     worlds: Annotated[WorldOptions, OmitArgPrefixes] = field(default_factory=WorldOptions)
@@ -102,7 +102,7 @@ class Config:
     def folder(self) -> Path:
         """Folder of the run."""
         if self.out is not None:
-            return Path(os.path.expanduser(self.out))
+            return self.out
         return Path(f"runs/train/{self.definition.name}-{self.engine}-{self.seed}")
 
     def params(

@@ -25,7 +25,7 @@ from asv_env.files import write
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.report import look, palette
-from baselines.rollout.commands import command
+from baselines.rollout.commands import FilePath, command
 from train import evaluation
 
 CONFIDENCE = 0.95
@@ -119,7 +119,7 @@ def _style(axes: Axes, name: str) -> None:
 
 def plot(
     curves: Positional[tuple[str, ...]],
-    out: Path,
+    out: FilePath,
     num_boats: int = 4,
     scenario: str = "noisy",
     title: str = "",
@@ -135,7 +135,6 @@ def plot(
     """
     if not 1 <= len(curves) <= len(palette.SERIES):
         raise ValueError(f"{len(curves)} curves: 1 to {len(palette.SERIES)} fit into a picture")
-    out = Path(os.path.expanduser(out))
     choice("kind of picture", out.suffix, SUFFIXES)
     found: dict[str, Curve] = {}
     for word in curves:
@@ -144,7 +143,8 @@ def plot(
             name = runs = word
         if name in found:
             raise ValueError(f"{word}: name each curve once")
-        folders = [Path(run) for run in ([runs] if Path(runs).exists() else runs.split(","))]
+        parts = [runs] if Path(runs).exists() else runs.split(",")
+        folders = [Path(os.path.expanduser(part)) for part in parts]
         found[name] = read(folders, num_boats, scenario)
     with look.settings(SETTINGS):
         figure = draw(found, title)

@@ -7,7 +7,6 @@ policy for Push and Transport, with two networks for every team and two for team
 its own; the same command resumes where it was stopped.
 """
 
-import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from pathlib import Path
 from asv_env.files import write_bytes
 from baselines.learned import policy_file
 from baselines.learned.policy_file import SUFFIX
-from baselines.rollout.commands import command
+from baselines.rollout.commands import FilePath, command
 from baselines.rollout.lock import locked
 from train.config import PRESETS, Config
 from train.run import BEST
@@ -113,7 +112,7 @@ TRAININGS = {
 """The recipe, in the order in which it is followed."""
 
 
-def follow(seed: int = 0, out: Path | None = None, torch_threads: int = 2) -> None:
+def follow(seed: int = 0, out: FilePath | None = None, torch_threads: int = 2) -> None:
     """Train the policies that are part of this package, but for what is trained already.
 
     Args:
@@ -126,7 +125,7 @@ def follow(seed: int = 0, out: Path | None = None, torch_threads: int = 2) -> No
     """
     from train.sb3 import training  # needs torch, which takes its time
 
-    out = Path(os.path.expanduser(out or f"runs/train/recipe-{seed}"))
+    out = out or Path(f"runs/train/recipe-{seed}")
     with locked(out):
         _follow(seed, out, torch_threads, training.train)
 

@@ -3,7 +3,6 @@
 from collections import Counter
 from dataclasses import dataclass
 from itertools import cycle, islice, product
-from pathlib import Path
 from typing import Literal
 
 from asv_env.checks import TINY, check_num_boats, check_numbers, check_whole
@@ -11,6 +10,7 @@ from asv_env.params import ClockParams
 from asv_env.presets import SCENARIOS
 from asv_env.sensing import observation
 from baselines.rollout import seeds
+from baselines.rollout.commands import FilePath
 
 CONTROL_RATE = ClockParams().control  #: rate at which the scripted policy decides, Hz
 MOST_STEPS = 10**15  #: largest number of timesteps
@@ -75,7 +75,7 @@ class CurriculumOptions:
     near_starts: float = 0.0  #: fraction of episodes in which the boats begin close to the hull
     slot_starts: float = 0.0  #: fraction of episodes in which the boats begin in their slots
     rollout_starts: float = 0.0  #: fraction of episodes that begin in a state of a rollout
-    rollout_policy: Path | None = None
+    rollout_policy: FilePath | None = None
     """Policy file with several phases, to roll out in place of the scripted policy; episodes then
     begin in the states where it has brought the vessel into closure and begins to push."""
 
@@ -106,7 +106,7 @@ class ImitationOptions:
     worlds: int = 128  #: number of worlds in a round
     time: float = 60.0  #: simulated time of a round in every world, s
     steps: int = 2000  #: gradient steps in a round
-    demonstrations: Path | None = None  #: folder of recorded episodes that are imitated too
+    demonstrations: FilePath | None = None  #: folder of recorded episodes that are imitated too
 
     def __post_init__(self) -> None:
         check_whole(self, "rounds", 0)

@@ -3,7 +3,6 @@
 What takes long to import is imported when it is needed, so that ``--help`` comes at once.
 """
 
-import os
 import re
 import sys
 from collections.abc import Sequence
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, NoReturn
 import tyro
 
 from asv_env.text import described, one_line
-from baselines.rollout.commands import LONGEST, Terminated, say, steady
+from baselines.rollout.commands import LONGEST, FilePath, Terminated, say, steady
 
 if TYPE_CHECKING:
     from baselines.evaluate.conditions import Suite
@@ -65,7 +64,7 @@ class Options:
     """number of first episodes of each condition that can be watched in the report; where policies
     fail, up to as many again. By default 180, shared by the conditions"""
     record: bool = False  # save trajectories too, for imitation learning
-    video: Path | None = None  # film the first episode: .gif or .mp4
+    video: FilePath | None = None  # film the first episode: .gif or .mp4
     overwrite: bool = False  # replace what is in the way
 
     def chosen_suite(self) -> "Suite":
@@ -124,7 +123,7 @@ class Options:
         choice("kind of video", self.video.suffix.lower(), video.SUFFIXES)
         if self.video.exists() and not self.overwrite:
             raise FileExistsError(f"{self.video} exists: name another file, or use --overwrite")
-        if self.video.is_dir() or not Path(os.path.expanduser(self.video)).parent.is_dir():
+        if self.video.is_dir() or not self.video.parent.is_dir():
             raise ValueError(f"--video {self.video}: name a file in a folder that exists")
 
 

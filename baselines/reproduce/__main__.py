@@ -1,10 +1,9 @@
 """The command line: ``python -m baselines.reproduce``."""
 
-import os
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 from tqdm import tqdm
@@ -15,7 +14,7 @@ from baselines.evaluate.publish import marks
 from baselines.reproduce import contents, fig10_trials
 from baselines.reproduce.artefact import Artefact, Job, OutputFolder, read_json
 from baselines.reproduce.contents import ARTEFACTS
-from baselines.rollout.commands import steady
+from baselines.rollout.commands import FilePath, command
 from baselines.rollout.lock import locked
 
 PROGRAM = "python -m baselines.reproduce"
@@ -25,26 +24,19 @@ TABLE = "table"
 
 @dataclass(frozen=True)
 class Options:
-    """Reproduce the paper's figures and tables, side by side with its own numbers.
-
-    What is there already, made with the same options by the same code, is kept: repeat the command
-    to continue a run that was stopped.
-    """
+    """What is made, and where."""
 
     only: tuple[str, ...] = tuple(ARTEFACTS)  #: names of the figures, tables and studies to make
     seed: int = 0  #: seed of the first episode
     trials: int = 12  #: number of trials of figures 6 to 10
     episodes: int = 96  #: number of episodes in each condition of the tables
-    out: Path = Path("runs/reproduce")  #: folder to write to
-    page: Path | None = None  #: page that receives the table as well, between its two marks
+    out: FilePath = Path("runs/reproduce")  #: folder to write to
+    page: FilePath | None = None  #: page that receives the table as well, between its two marks
     overwrite: bool = False  #: replace what was made with other options or other code
 
     def __post_init__(self) -> None:
         if not self.only:
             raise ValueError(f"--only: name one at least of {', '.join(ARTEFACTS)}")
-        for name in ("out", "page"):
-            if (path := getattr(self, name)) is not None:
-                object.__setattr__(self, name, Path(os.path.expanduser(path)))
         for name in self.only:
             choice("figure or table", name, ARTEFACTS)
         check_whole(self, "seed", 0)
@@ -90,20 +82,11 @@ def make(artefacts: dict[str, Artefact], options: Options, folder: OutputFolder)
         write_text(options.page, fig10_trials.updated(marks.read(options.page), table))
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Runs the command line; exits with a message where an option or a file is wrong."""
-    try:
-        with steady():
-            options = tyro.cli(Options, args=arguments, prog=PROGRAM)
-            run(options)
-    except (ValueError, OSError) as error:
-        sys.exit(f"{PROGRAM}: {error}")
-    except KeyboardInterrupt:
-        sys.exit(f"{PROGRAM}: stopped; what was made is kept, the same command continues")
+def run(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Reproduce the paper's figures and tables, side by side with its own numbers.
 
-
-def run(options: Options) -> None:
-    """Makes what is not there yet, in a folder that no other run can use meanwhile.
+    What is there already, made with the same options by the same code, is kept: repeat the command
+    to continue a run that was stopped. No other run can use the folder meanwhile.
 
     Raises:
         ValueError, OSError: see ``missing`` and ``OutputFolder``; or a file cannot be written.
@@ -119,6 +102,8 @@ def run(options: Options) -> None:
     kept = len(contents.selection(options.only)) - len(artefacts)
     print(f"{options.out}: {len(artefacts)} made, {kept} kept. See {CAPTIONS} there.")
 
+
+main = command(run, PROGRAM)
 
 if __name__ == "__main__":
     main()

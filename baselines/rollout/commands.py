@@ -8,15 +8,28 @@ from _thread import interrupt_main
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import tyro
+from tyro.constructors import PrimitiveConstructorSpec
 
 from asv_env.numerics import numerics
 from asv_env.text import one_line
 
 LONGEST = 1000  #: largest number of characters of a line of a message
 AGAIN = 0.01  #: time after which a signal that was lost comes again, s
+FilePath = Annotated[
+    Path,
+    PrimitiveConstructorSpec[Path](
+        nargs=1,
+        metavar="PATH",
+        instance_from_str=lambda given: Path(os.path.expanduser(given[0])),
+        is_instance=lambda given: isinstance(given, Path),
+        str_from_instance=lambda path: [str(path)],
+    ),
+]
+"""Path as an option: shells leave the ``~`` of ``--out=~/run`` to the program."""
 ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that end a command; the second comes when its terminal is closed."""
 
@@ -30,9 +43,10 @@ def steady() -> Iterator[None]:
     """Runs a block as a command of its own, also within another program.
 
     NumPy treats errors of numbers as when a program begins, and signals of ``ENDING`` raise
-    ``Terminated``, unless the program handles them. Of signals only the main thread hears.
+    ``Terminated``, unless the program handles them. Of signals only the main thread hears. Where
+    nobody reads what is printed any more, as with ``| head``, the command ends without a word.
     """
-    with numerics(), ExitStack() as stack:
+    with numerics(), _read_or_over(), ExitStack() as stack:
         if threading.current_thread() is threading.main_thread():
             for number in ENDING:
                 if signal.getsignal(number) is signal.SIG_DFL:
@@ -40,6 +54,20 @@ def steady() -> Iterator[None]:
             stack.callback(setattr, sys, "unraisablehook", sys.unraisablehook)
             sys.unraisablehook = partial(_hear_again, sys.unraisablehook)
         yield
+
+
+@contextmanager
+def _read_or_over() -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        _discard_output()
+        sys.exit(1)
+
+
+def _discard_output() -> None:
+    """Sends the standard output nowhere, so that what is still in it is no error at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def _terminate(number: int, _: Any) -> None:
@@ -83,7 +111,7 @@ def say(text: object) -> None:
     try:
         plain = str(text).encode(encoding, "backslashreplace").decode(encoding)
         print(plain, file=stream, flush=True)
-    except BrokenPipeError:  # as with `| head`; what is still to come goes nowhere
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    except BrokenPipeError:  # what is still to be done is done all the same
+        _discard_output()
     except (OSError, ValueError):
         pass

@@ -20,7 +20,7 @@ from asv_env.types import Action, Observation
 from baselines.learned import policy_file
 from baselines.learned.network import NetworkPolicy
 from baselines.rollout import seeds
-from baselines.rollout.commands import command
+from baselines.rollout.commands import FilePath, command
 from baselines.rollout.loop import rollout
 from train import actors
 from train.run import BEST
@@ -79,7 +79,7 @@ def _network(model: Path, activation: str) -> nn.Module:
     return nn.Sequential(*layers[:-1])
 
 
-def export(run: Positional[Path], file: Positional[Path], overwrite: bool = False) -> None:
+def export(run: Positional[FilePath], file: Positional[FilePath], overwrite: bool = False) -> None:
     """Copy the best policy of a run, if its file acts as the network that was trained.
 
     Args:

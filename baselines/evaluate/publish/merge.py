@@ -14,8 +14,8 @@ from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
 
-import tyro
 from tqdm import tqdm
+from tyro.conf import Positional
 
 from asv_env import files
 from asv_env.checks import choice
@@ -26,7 +26,7 @@ from baselines.evaluate.results import Results, of_rows, read_csv, write_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import summarise
 from baselines.rollout import runner
-from baselines.rollout.commands import command
+from baselines.rollout.commands import FilePath, command
 from baselines.rollout.episodes import Episode, Label
 from baselines.rollout.lock import locked
 
@@ -35,9 +35,7 @@ SAME = ("suite", "task", "set of episodes", "set of libraries")  #: provenance o
 ROUNDING = 1e-6  #: tolerance of equal numbers of an episode, relative and in m, rad and s
 
 
-def add(
-    run: tyro.conf.Positional[Path], published: tyro.conf.Positional[Path], checked: int = 5
-) -> None:
+def add(run: Positional[FilePath], published: Positional[FilePath], checked: int = 5) -> None:
     """Adds policies to published results of the same suite; those of the same names are replaced.
 
     Args:

@@ -6,8 +6,10 @@ and stale pages are an error.
 
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import tyro
@@ -23,7 +25,7 @@ from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import grid
 from baselines.learned import policy_file
-from baselines.rollout.commands import steady
+from baselines.rollout.commands import FilePath, command
 from baselines.rollout.lock import locked
 
 PROGRAM = "python -m baselines.evaluate.publish"
@@ -44,17 +46,22 @@ END = "<!-- results: up to here -->"
 
 @dataclass(frozen=True)
 class Options:
-    """Writes the published results onto the pages of the repository."""
+    """Files that are read and written."""
 
-    results: Path = Path(FOLDER)  # folder of the results, with one folder a suite
-    page: Path = Path("README.md")  # page that receives the table of all suites between its marks
+    results: FilePath = Path(FOLDER)  # folder of the results, with one folder a suite
+    page: FilePath = Path("README.md")  # page that receives the table between its marks
     check: bool = False  # whether only to check that the pages are up to date; fails if not
 
 
 def read(folder: Path) -> list[Results]:
     """Returns the results of all suites in a folder, one or more, in the order of ``SUITES``."""
+    return [_results(name, path) for name, path in _files(folder).items()]
+
+
+def _files(folder: Path) -> dict[str, Path]:
+    """Returns the episodes of all suites in a folder, by suite."""
     paths = {name: folder / name / "episodes.csv" for name in SUITES}
-    found = [_results(name, path) for name, path in paths.items() if path.exists()]
+    found = {name: path for name, path in paths.items() if path.exists()}
     if not found:
         raise FileNotFoundError(f"{folder} holds no results of suites: run some with --out there")
     return found
@@ -159,21 +166,23 @@ def _median(values: Float, unit: str, scale: float = 1.0) -> str:
     return formats.quantity(float(np.median(present)), unit, scale) if len(present) else NOTHING
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Writes the pages, or checks them; exits with a message where that fails."""
-    try:
-        with steady():
-            options = tyro.cli(Options, args=arguments, prog=PROGRAM)
-            published = read(options.results)  # before a lock is left there
-            if options.check:
-                _check(pages(published, options))
-            else:
-                with locked(options.results):
-                    _write(pages(published, options))
-    except (ValueError, OSError) as error:
-        sys.exit(f"{PROGRAM}: {error}")
-    except KeyboardInterrupt:
-        sys.exit(f"{PROGRAM}: stopped; give the same command to continue")
+def publish(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Write the published results onto the pages of the repository.
+
+    Raises:
+        ValueError, OSError: a file is missing, damaged or cannot be written, or is in use.
+    """
+    folder = options.results
+    if options.check:
+        _check(pages(read(folder), options))
+        return
+    with ExitStack() as locks:
+        for used in (folder, *(path.parent for path in _files(folder).values())):
+            locks.enter_context(locked(used))
+        _write(pages(read(folder), options))
+
+
+main = command(publish, PROGRAM)
 
 
 def _stale(texts: Mapping[Path, str]) -> dict[Path, str]:

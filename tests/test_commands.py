@@ -1,0 +1,55 @@
+"""What all commands do with their paths and with a reader who is gone."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from baselines.evaluate import command as evaluate
+from baselines.rollout.commands import FilePath, command
+
+PRINTS = """
+from baselines.rollout.commands import command
+
+def much() -> None:
+    for _ in range(100_000):
+        print("x" * 80)
+
+command(much, "much")()
+"""
+
+
+def test_a_command_whose_reader_is_gone_ends_without_a_word():
+    with subprocess.Popen(
+        [sys.executable, "-c", PRINTS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout.readline().startswith("x")
+        process.stdout.close()
+        assert process.stderr.read() == ""
+        assert process.wait(60) == 1
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [("~", ""), ("~/a b", "a b"), ("~/ü/x", "ü/x"), ("a~", "a~"), ("~nobody-here/x", None)],
+)
+def test_paths_begin_in_the_home_folder_where_shells_leave_it(given, wanted, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    found = []
+
+    def keep(out: FilePath, page: FilePath | None = None) -> None:
+        found.extend([out, page])
+
+    command(keep, "keep")([f"--out={given}", f"--page={given}"])
+    expected = tmp_path / wanted if given.startswith("~/") or given == "~" else Path(given)
+    assert found == [expected, expected]
+
+
+def test_a_film_in_the_home_folder_is_not_replaced_unasked(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    (tmp_path / "film.gif").write_text("precious")
+    with pytest.raises(SystemExit):
+        evaluate.main(["--video=~/film.gif", "--out", str(tmp_path / "run"), "--episodes", "1"])
+    assert "film.gif exists" in capsys.readouterr().err
+    assert (tmp_path / "film.gif").read_text() == "precious"
