@@ -147,11 +147,27 @@ def test_bad_seeds_are_refused(make: Any, seed: Any) -> None:
         ({"goal": [0.0, 0.0]}, "three numbers, all finite"),
         ({"goal": [0.0, 0.0, np.inf]}, "finite"),
         ({"goal": "home"}, "three numbers, all finite"),
+        ({"goal": {"x": 0.1}}, "three numbers, all finite"),
+        ({"goal": np.zeros((1, 3))}, "three numbers, all finite"),
     ],
 )
 def test_bad_goals_are_refused(make: Any, options: dict[str, Any], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         reset(make("push"), options=options)
+
+
+def test_a_bad_goal_for_one_world_begins_no_episode_in_another() -> None:
+    env = BoatVecEnv("push", 2, 2)
+    env.reset()
+    env.step(np.zeros((4, 2)))
+    for goal, error in (
+        ([9.0, 0.0, 0.0], "outside the arena"),
+        (np.zeros((2, 2)), "three numbers"),
+    ):
+        env.set_options([{"goal": [0.3, 0.0, 0.0]}] * 2 + [{"goal": goal}] * 2)
+        with pytest.raises(ValueError, match=error):
+            env.reset()
+        assert env.simulation.state.tick.tolist() == [1, 1]
 
 
 @makers
@@ -170,6 +186,7 @@ def test_a_list_of_seeds_has_one_for_each_world() -> None:
     env = asv_env.AsvVectorEnv(3, "push")
     with pytest.raises(ValueError, match="2 seeds for 3 worlds"):
         env.reset(seed=[1, 2])
+    assert np.array_equal(env.reset(seed=np.array(3))[0], env.reset(seed=3)[0])
     with pytest.raises(ValueError, match="reset_mask"):
         env.reset(options={"reset_mask": np.zeros(3, dtype=bool)})
 

@@ -72,7 +72,8 @@ class BoatDriver(Driver):
         return {agent: rng.uniform(-1.0, 1.0, 2) for agent in env.possible_agents}
 
     def drawn(self, env: Any) -> Any:
-        return [space.sample() for space in self.spaces(env)], list(env.agents)
+        drawn = [space.sample() for space in self.spaces(env)]
+        return drawn, list(env.agents), env.unwrapped.np_random.random()
 
 
 class RowDriver(Driver):

@@ -175,29 +175,6 @@ def test_copies_before_the_first_reset_begin_alike():
     assert play(simulation, 20) == play(twin, 20)
 
 
-def test_many_restores_need_no_more_memory():
-    """Contacts come and go at every restore, in many worlds."""
-    resource = pytest.importorskip("resource")
-    simulation = Simulation(make_params("push", 8), 32)
-    simulation.reset(seeds=range(32))
-    apart, action = simulation.snapshot(), np.zeros((32, 8, 2))
-    action[..., 0] = 1.0
-    for _ in range(15):
-        simulation.step(action)
-    touching = simulation.snapshot()
-    assert simulation.state.touching.sum() > 100
-
-    def cycle(times):
-        for _ in range(times):
-            simulation.restore(touching)
-            simulation.step(action)
-            simulation.restore(apart)
-            simulation.step(-action)
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-
-    assert cycle(40) - cycle(10) < 500  # KiB; a contact takes 0.2
-
-
 def in_contact(params, rng, goal):
     start = starts.in_slots(params, rng, goal)
     start.motion[1:, 1] -= start.side * 0.0016

@@ -35,7 +35,7 @@ def limited(params: EnvParams, options: Mapping[str, Any], **steps: Any) -> EnvP
         if number != ticks and _has_time_limit(options):
             raise ValueError(
                 f"{name} = {number} and time_limit = {params.task.time_limit:g} s, which is "
-                f"{ticks} steps at {hz} Hz: give one of the two, the other as None"
+                f"{ticks} steps at {hz} Hz: give one of the two"
             )
         if number != ticks:
             return replace(params, task=replace(params.task, time_limit=number / hz))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box, Space
+from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from asv_env.checks import nearest
@@ -63,6 +64,8 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         self._spaces = {agent: self._boat_spaces() for agent in self._names}
         self.possible_agents = list(self._names)
         self.agents: list[str] = []  #: those of the running episode
+        #: Generator for wrappers, such as SuperSuit's; the world has one of its own
+        self.np_random: np.random.Generator = seeding.np_random()[0]
         self.observation_spaces = {agent: seen for agent, (seen, _) in self._spaces.items()}
         self.action_spaces = {agent: acted for agent, (_, acted) in self._spaces.items()}
         bound = global_state_bound(params.num_boats)
@@ -83,6 +86,8 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         """Begins an episode, see ``JointEnv``; returns observations (K,) and infos by agent."""
         observation = self._begin(seed, goal_option(options))
         self.agents = list(self._names)
+        if seed is not None:
+            self.np_random = seeding.np_random(int(seed))[0]
         return dict(zip(self._names, observation, strict=True)), self._infos()
 
     @numerics()

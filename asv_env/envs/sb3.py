@@ -106,8 +106,7 @@ class BoatVecEnv(Adapter, VecEnv):
         self._require("reset", Stage.NEW, Stage.RUNNING)
         seeds = self._seeds[:: self._team]
         goals = [goal_option(options) for options in self._options[:: self._team]]
-        # Keys have to be hashable; the simulation refuses what is no sequence of numbers.
-        goals = [tuple(goal) if isinstance(goal, list | np.ndarray) else goal for goal in goals]
+        goals = [None if goal is None else self.params.checked_goal(goal) for goal in goals]
         observation = np.zeros(self._shape, dtype=np.float32)
         for goal in dict.fromkeys(goals):
             mask = np.array([other == goal for other in goals])

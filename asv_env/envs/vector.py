@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from asv_env.checks import Whole, choice
+from asv_env.checks import Whole, choice, plain
 from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option
 from asv_env.envs.infos import masked, team_infos, team_mean
 from asv_env.envs.limits import limited
@@ -222,7 +222,8 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         return mask
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[Any]:
-        if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
+        seed = plain(seed)
+        if isinstance(seed, Sequence) and not isinstance(seed, str):
             if len(seed) != self.num_envs:
                 raise ValueError(f"{len(seed)} seeds for {self.num_envs} worlds: give one for each")
             return list(seed)
