@@ -32,7 +32,7 @@ class Options:
     rounds: int = 41  #: number of measurements of each
 
     def __post_init__(self) -> None:
-        check_whole(self, "steps rounds", 1)
+        check_whole(self, "steps rounds", 1, 10**6)
 
 
 def measure(simulation: Simulation, steps: int) -> float:

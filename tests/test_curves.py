@@ -50,6 +50,13 @@ def test_a_picture_is_drawn(runs, tmp_path):
     assert file.read_text().count('<g id="axes_') == 2
 
 
+@pytest.mark.parametrize("words", ["\udcff", "a\nb", "$x^{", "\x1b[1m", "船 🚤", "x" * 5000])
+@pytest.mark.filterwarnings("ignore:Glyph")
+def test_names_and_titles_may_hold_anything(words, runs, tmp_path):
+    file = str(tmp_path / "curves.svg")
+    curves.main([f"{words}={runs[0]},{runs[1]}", "--out", file, "--title", words])
+
+
 def test_a_home_folder_is_expanded_where_shells_leave_it(runs, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     curves.main(["both=~/one,~/two", "--out=~/curves.svg"])

@@ -22,7 +22,7 @@ from baselines import evaluate
 from baselines.evaluate.results import read_csv
 from baselines.learned import policy_file
 from baselines.learned.sb3_policy import Sb3Policy
-from train import evaluation, keep_best
+from train import actors, evaluation, keep_best
 from train.run import Run
 from train.sb3 import export
 from train.sb3.training import Callback
@@ -187,6 +187,23 @@ def test_where_the_curve_has_a_row_there_is_a_policy(trained, tmp_path, monkeypa
     with pytest.raises(OSError, match="full"):
         keep_best.keep(made, layers, [replace(scores[0], timesteps=2)], best=False)
     assert timesteps(made.curve) == [1]
+
+
+@pytest.mark.filterwarnings("ignore:invalid value")
+def test_a_policy_that_fails_in_evaluation_is_a_training_that_diverged(trained):
+    config = tiny()
+    for wrong in (np.nan, np.inf):
+        layers = [(weight.copy(), bias.copy()) for weight, bias in actor_of(trained)]
+        layers[0][0][...] = wrong
+        with pytest.raises(ValueError, match=r"diverged, its policy fails after 7 .*not finite"):
+            evaluation.evaluate(layers, Run(config).metadata, config, 7, 2.0)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 1.0])
+def test_actions_that_differ_or_are_no_numbers_are_named(wrong):
+    policy = types.SimpleNamespace(forward=lambda seen: seen + np.float32(wrong))
+    with pytest.raises(ValueError, match="differ by up to"):
+        actors.difference(policy, np.zeros((3, 2), np.float32), np.zeros((3, 2), np.float32))
 
 
 def test_a_score_counts_failures_with_twice_the_time_limit():

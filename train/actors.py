@@ -58,9 +58,9 @@ def difference(policy: NetworkPolicy, seen: Observation, wanted: Action) -> floa
     """Returns the largest difference, on observations (..., K), from the actions wanted (..., 2).
 
     Raises:
-        ValueError: it is larger than ``TOLERANCE``.
+        ValueError: it is larger than ``TOLERANCE``, or is no number.
     """
     largest = float(np.abs(policy.forward(seen) - wanted).max())
-    if largest > TOLERANCE:
+    if not largest <= TOLERANCE:
         raise ValueError(f"actions of policy file and network differ by up to {largest:.1e}")
     return largest

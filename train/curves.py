@@ -22,6 +22,7 @@ from tyro.conf import Positional
 
 from asv_env.checks import choice
 from asv_env.files import write
+from asv_env.text import one_line
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.report import look, palette
@@ -139,15 +140,16 @@ def plot(
     found: dict[str, Curve] = {}
     for word in curves:
         name, equals, runs = word.partition("=")
-        if not equals or Path(word).exists():
+        if not equals or os.path.exists(word):
             name = runs = word
+        name = one_line(name)
         if name in found:
             raise ValueError(f"{word}: name each curve once")
-        parts = [runs] if Path(runs).exists() else runs.split(",")
+        parts = [runs] if os.path.exists(runs) else runs.split(",")
         folders = [Path(os.path.expanduser(part)) for part in parts]
         found[name] = read(folders, num_boats, scenario)
     with look.settings(SETTINGS):
-        figure = draw(found, title)
+        figure = draw(found, one_line(title))
         nothing = {"Date": None} if out.suffix == ".svg" else {"CreationDate": None}
         metadata: Any = None if out.suffix == ".png" else nothing
         write(out, lambda part: figure.savefig(part, metadata=metadata))

@@ -40,7 +40,11 @@ class Score:
 def evaluate(
     layers: Layers, metadata: Metadata, config: Config, timesteps: int, seconds: float
 ) -> list[Score]:
-    """Returns the scores of a policy, trained for so long, in all groups of worlds of a run."""
+    """Returns the scores of a policy, trained for so long, in all groups of worlds of a run.
+
+    Raises:
+        ValueError: it gives actions that are no numbers, or fails in another way.
+    """
     options, make = config.evaluation, partial(NetworkPolicy, layers, metadata)
     # A mirrored policy for Push pushes from the side away from the goal.
     mirrors = config.worlds.mirror and config.definition.starts_grasped
@@ -48,7 +52,13 @@ def evaluate(
     for team, scenario in config.worlds.groups(config.worlds.num_envs):
         params = config.params(team, scenario, side="goal" if mirrors else TaskParams.side)
         logs = runner.run(make, params, options.seeds, options.episodes)
-        scores.append(score([log.episode for log in logs], params, scenario, timesteps, seconds))
+        episodes = [log.episode for log in logs]
+        if wrong := next((episode.error for episode in episodes if episode.error), None):
+            raise ValueError(
+                f"the training has diverged, its policy fails after {timesteps} timesteps "
+                f"({wrong}): begin again with smaller learning rates, or other demonstrations"
+            )
+        scores.append(score(episodes, params, scenario, timesteps, seconds))
     return scores
 
 

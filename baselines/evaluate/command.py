@@ -3,6 +3,7 @@
 What takes long to import is imported when it is needed, so that ``--help`` comes at once.
 """
 
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -98,7 +99,7 @@ class Options:
         found: dict[str, list[str]] = {}
         for word in self.policies:
             name, equals, rest = word.partition("=")
-            if not equals or Path(word).exists():
+            if not equals or os.path.exists(word):
                 name, rest = "", word
             words = rest.split(",")
             if len(words) > 1 and not name:
