@@ -1,5 +1,6 @@
 """``python -m asv_env``: installed versions, environments and names, or a picture of one."""
 
+import os
 import platform
 import sys
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ import asv_env
 from asv_env import PRESETS, SCENARIOS, TASKS, files
 from asv_env.checks import choice
 from asv_env.params import ACTION_MODES
+from asv_env.text import one_line
 
 LIBRARIES = {
     "": ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk", "tyro"),
@@ -26,6 +28,7 @@ LIBRARIES = {
     "rllib": ("ray",),
     "bench": ("vmas",),
 }  #: what is reported, by the extra that installs it
+LONGEST = 1000  #: largest number of characters of a message
 PICTURES = (".png",)  #: suffixes of pictures
 USES = """
 One agent for all boats   gymnasium.make("asv_env/Transport-v0", num_boats=4)
@@ -55,9 +58,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(report())
         return
     try:
-        draw(options, options.picture)
+        draw(options, Path(os.path.expanduser(options.picture)))
     except (ValueError, TypeError, ImportError, OSError) as error:
-        sys.exit(f"python -m asv_env: {error}")
+        sys.exit(f"python -m asv_env: {one_line(str(error), LONGEST)}")
     print(f"wrote {options.picture}")
 
 
@@ -87,7 +90,7 @@ def draw(options: Options, path: Path) -> None:
         OSError: the file cannot be written.
     """
     choice("kind of picture", path.suffix.lower(), PICTURES)
-    if path.exists() and not options.overwrite:
+    if os.path.exists(path) and not options.overwrite:
         raise FileExistsError(f"{path} exists; choose another name or add --overwrite")
     import imageio.v3 as imageio  # an extra
 

@@ -48,6 +48,16 @@ def test_without_its_registry_pettingzoo_is_listed_as_too_old(
     assert "needs pettingzoo 1.27" in capsys.readouterr().out
 
 
+def test_a_picture_in_the_home_folder_and_one_of_a_name_that_cannot_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    main(["--picture=~/start.png", "--task", "push"])
+    assert (tmp_path / "start.png").is_file()
+    with pytest.raises(SystemExit, match="cannot be written: file name too long; choose a shorter"):
+        main(["--picture", f"{'y' * 300}.png"])
+
+
 def test_a_picture_is_written_and_never_overwritten_unasked(tmp_path: Path) -> None:
     path = tmp_path / "start.png"
     main(["--picture", str(path), "--task", "push"])

@@ -108,7 +108,7 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
         return PolicySource(word, POLICIES[word], None, identity)
     if is_file(word) and word not in POLICIES:
         return _stored(word, path, trust_pickles)
-    if word not in POLICIES and path.is_dir():
+    if word and word not in POLICIES and os.path.isdir(path):
         raise ValueError(f"{word} is a folder: give a policy file or a model in it")
     with importing():
         return _written(word, POLICIES.find(word))
@@ -116,7 +116,7 @@ def find(given: str | Path | MakePolicy, trust_pickles: bool = False) -> PolicyS
 
 def _stored(word: str, path: Path, trust_pickles: bool) -> PolicySource:
     """Returns the source of a policy in a file that training has left."""
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise FileNotFoundError(f"{word}: there is no such file")
     if path.suffix == EXPORTED:
         return PolicySource(word, partial(policy_file.load, path), path)

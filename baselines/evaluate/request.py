@@ -59,11 +59,11 @@ class Request:
         for name, limits in LIMITS.items():
             check_whole(name, getattr(self, name), *limits)
         check_whole("episodes", self.suite.episodes, 1, MOST_EPISODES)
-        if os.path.lexists(self.out) and not self.out.is_dir():
+        if os.path.lexists(self.out) and not os.path.isdir(self.out):
             raise FileExistsError(f"{self.out} is no folder: choose another one (out=...)")
         workers.check_fit(self.policies, self.suite, self.workers)
-        present = [name for name in FILES if (self.out / name).exists()]
-        if present and not (self.out / STORE).exists() and not self.overwrite:
+        present = [name for name in FILES if os.path.exists(self.out / name)]
+        if present and not os.path.exists(self.out / STORE) and not self.overwrite:
             raise FileExistsError(
                 f"{self.out} holds {', '.join(present)} but no {STORE}: choose another "
                 "folder (out=...), or replace them (overwrite=True)"
