@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,19 @@ def test_a_command_whose_reader_is_gone_ends_without_a_word():
         process.stdout.close()
         assert process.stderr.read() == ""
         assert process.wait(60) == 1
+
+
+@pytest.mark.filterwarnings("error")
+def test_warnings_that_are_errors_do_not_end_a_command():
+    done = []
+
+    def warn() -> None:
+        warnings.warn("Glyph missing", stacklevel=1)
+        done.append(True)
+
+    with pytest.warns(UserWarning, match="Glyph"):
+        command(warn, "warn")([])
+    assert done
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import threading
 
 import pytest
 
+from asv_env import files
 from baselines.rollout import lock as locks
 from baselines.rollout.lock import NAME, lock, locked
 
@@ -29,6 +30,26 @@ def test_the_second_is_refused_at_once_and_the_folder_is_given_back(tmp_path):
     with locked(folder):
         pass
     assert os.listdir(folder) == [NAME]
+
+
+def test_what_killed_runs_have_left_half_written_is_removed(tmp_path):
+    with subprocess.Popen(["true"]) as gone:
+        pass
+    for name in (f"{files.PREFIX}{files._machine()}-{gone.pid}-1234.npz", "kept.npz"):
+        (tmp_path / name).write_text("half")
+    with locked(tmp_path):
+        assert sorted(os.listdir(tmp_path)) == [NAME, "kept.npz"]
+
+
+def test_what_cannot_be_removed_leaves_the_folder_free(tmp_path, monkeypatch):
+    def refuse(_):
+        raise PermissionError("not yours")
+
+    monkeypatch.setattr(locks, "remove_parts", refuse)
+    with pytest.raises(PermissionError, match="not yours"):
+        lock(tmp_path)
+    monkeypatch.undo()
+    lock(tmp_path).release()
 
 
 def test_threads_of_one_process_are_two_runs(tmp_path):

@@ -19,7 +19,7 @@ from uuid import uuid4
 
 from filelock import BaseFileLock
 
-from asv_env.files import PREFIX, named, remove, remove_parts, write_text
+from asv_env.files import PREFIX, named, remove, write_text
 from asv_env.sensing import observation
 from baselines.learned import policy_file
 from baselines.learned.network import Layers, Metadata
@@ -77,7 +77,6 @@ class Run:
 
     def _open(self, began_with: dict[str, Any] | None) -> None:
         config = self._check_folder()
-        remove_parts(self.folder)
         has_checkpoint = self.checkpoint.exists() or self.checkpoints.exists()
         if config is not None and has_checkpoint and not self.config.overwrite:
             self._check_same(config)

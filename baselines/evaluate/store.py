@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.files import PERMISSION, SPACE, remove, remove_parts
+from asv_env.files import PERMISSION, SPACE, remove
 from asv_env.geometry import wrap
 from asv_env.types import Float
 from baselines.rollout import trajectories
@@ -72,7 +72,6 @@ class Store:
         self._path = folder / NAME
         with ExitStack() as stack:
             stack.callback(lock(folder).release)
-            remove_parts(folder)
             self._base = stack.enter_context(self._opened(folder, provenance, policies, replace))
             self._open = stack.pop_all()
 

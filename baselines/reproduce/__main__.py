@@ -9,7 +9,7 @@ import tyro
 from tqdm import tqdm
 
 from asv_env.checks import check_whole, choice
-from asv_env.files import remove_parts, write_text
+from asv_env.files import write_text
 from baselines.evaluate.publish import marks
 from baselines.reproduce import contents, fig10_trials
 from baselines.reproduce.artefact import Artefact, Job, OutputFolder, read_json
@@ -95,7 +95,6 @@ def run(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
     folder = OutputFolder(options.out, job, options.overwrite)
     missing(options, folder)  # before a lock is left there
     with locked(options.out):
-        remove_parts(options.out)
         folder.read()
         artefacts = missing(options, folder)
         make(artefacts, options, folder)

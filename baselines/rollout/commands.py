@@ -16,6 +16,7 @@ from tyro.constructors import PrimitiveConstructorSpec
 
 from asv_env.numerics import numerics
 from asv_env.text import one_line
+from baselines.rollout.process_state import neutral
 
 LONGEST = 1000  #: largest number of characters of a line of a message
 AGAIN = 0.01  #: time after which a signal that was lost comes again, s
@@ -42,11 +43,12 @@ class Terminated(KeyboardInterrupt):
 def steady() -> Iterator[None]:
     """Runs a block as a command of its own, also within another program.
 
-    NumPy treats errors of numbers as when a program begins, and signals of ``ENDING`` raise
-    ``Terminated``, unless the program handles them. Of signals only the main thread hears. Where
-    nobody reads what is printed any more, as with ``| head``, the command ends without a word.
+    NumPy treats errors of numbers as when a program begins, warnings are no errors, and
+    signals of ``ENDING`` raise ``Terminated``, unless the program handles them. Of signals only the
+    main thread hears. Where nobody reads what is printed any more, as with ``| head``, the command
+    ends without a word.
     """
-    with numerics(), _read_or_over(), ExitStack() as stack:
+    with neutral(), numerics(), _read_or_over(), ExitStack() as stack:
         if threading.current_thread() is threading.main_thread():
             for number in ENDING:
                 if signal.getsignal(number) is signal.SIG_DFL:

@@ -9,13 +9,15 @@ from pathlib import Path
 
 from filelock import BaseFileLock, FileLock, Timeout
 
-from asv_env.files import named
+from asv_env.files import named, remove_parts
 
 NAME = ".lock"  #: file name of the lock of a folder
 
 
 def lock(folder: Path) -> BaseFileLock:
     """Takes a folder, which is made if there is none, for one run; ``release()`` gives it back.
+
+    What killed runs have left half written in it is removed.
 
     Raises:
         FileExistsError: another run has it, in this process or in another one.
@@ -33,11 +35,16 @@ def lock(folder: Path) -> BaseFileLock:
                 raise OSError("nothing can be created there; choose another folder") from None
         except NotImplementedError as error:
             raise OSError("its file system knows no locks; choose another folder") from error
-        else:
-            return taken
-    raise FileExistsError(
-        f"{folder} is in use by another run: wait for it, or choose another folder with --out"
-    )
+    if not taken.is_locked:
+        raise FileExistsError(
+            f"{folder} is in use by another run: wait for it, or choose another folder with --out"
+        )
+    try:
+        remove_parts(folder)
+    except BaseException:
+        taken.release()
+        raise
+    return taken
 
 
 @contextmanager
