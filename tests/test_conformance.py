@@ -210,6 +210,15 @@ def test_parallel_seeds(task: str, num_boats: int) -> None:
     parallel_seed_test(lambda: asv_env.parallel_env(task, num_boats), num_cycles=20)
 
 
+def test_the_generator_for_wrappers_follows_the_seed() -> None:
+    env = asv_env.parallel_env("push", 2)
+    drawn = []
+    for seed in (3, None, 3):
+        env.reset(seed=seed)
+        drawn.append(env.np_random.integers(10**9))
+    assert drawn[0] == drawn[2] != drawn[1]
+
+
 @tasks
 def test_seeds_of_the_converted_env_over_many_steps(task: str) -> None:
     seed_test(lambda: parallel_to_aec(asv_env.parallel_env(task, 4)), num_cycles=100)

@@ -47,10 +47,6 @@ def stay(body: pymunk.Body, dt: float) -> None:
     """Leaves a body where it is: the position function of one that has moved already."""
 
 
-def _address(pointer: Any) -> int:
-    return int(ffi.cast("uintptr_t", pointer))
-
-
 def forget_contacts(body: pymunk.Body) -> None:
     """Makes the next contacts of a body begin like those of one that touched nothing."""
     body.each_arbiter(_forget)
@@ -70,11 +66,11 @@ def put_contacts(space: pymunk.Space, contacts: Contacts) -> None:
     """Gives the contacts of the last step the points of others, taken at the same poses."""
     numbers = _numbers(space)
     for arbiter in _arbiters(space):
-        points = contacts.get(_pair(arbiter, numbers))
-        if points is None:
-            arbiter.count = 0
+        found, points = _points(arbiter), contacts.get(_pair(arbiter, numbers), b"")
+        if len(found) == len(points):
+            found[:] = points
         else:
-            _points(arbiter)[:] = points
+            arbiter.count = 0  # It counts as new.
 
 
 def _arbiters(space: pymunk.Space) -> list[Any]:
