@@ -1,6 +1,8 @@
 """Policies that are compared: where they come from, and what is refused."""
 
 import json
+import sys
+import types
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from command_line import SHORT, refused, rows, run
 from helpers import SEEN
 
 from asv_env import make_params
-from baselines.evaluate.policy_sources import find
+from baselines.evaluate.policy_sources import find, identify
 from baselines.learned import policy_file
 from baselines.learned.network import Metadata, NetworkPolicy
 from baselines.learned.phases import Phase
@@ -201,3 +203,14 @@ def test_a_model_with_other_spaces_is_refused(tmp_path, capsys):
     message = refused(capsys, *SHORT, *words, "--out", tmp_path / "none")
     assert "maps observations (3,) to actions (1,)" in message
     assert f"({SEEN},) -> (2,)" in message
+
+
+def test_a_program_that_has_no_file_has_policies_too(monkeypatch):
+    """As one that is read from standard input, or run from an archive."""
+    module = types.ModuleType("fileless")
+    module.__file__ = "<stdin>"
+    monkeypatch.setitem(sys.modules, "fileless", module)
+    own = type("Own", (), {"__module__": "fileless"})
+    file, identity = identify(own)
+    assert file is None
+    assert identity != identify(own)[1]

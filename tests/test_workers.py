@@ -159,6 +159,13 @@ def test_episodes_run_on_a_dask_cluster(tmp_path):
     assert done == rows([job(Signs, range(6))], 0)
 
 
+@pytest.mark.parametrize("backend", ["multiprocessing", "threading", "sequential"])
+def test_episodes_run_within_other_backends_of_joblib(backend):
+    jobs = [job("random", range(3))]
+    with joblib.parallel_config(backend):
+        assert rows(jobs, 1) == rows(jobs, 0)
+
+
 def test_trajectories_are_saved_by_workers(tmp_path):
     recording = Job(**{**vars(job("random", range(3))), "record": tmp_path})
     for _, log in workers.run([recording], 2):
@@ -251,6 +258,17 @@ def test_a_policy_that_ends_its_process_at_once_is_refused_by_name(tmp_path):
     policies = {"idle": "idle", "fatal": Exits}
     with pytest.raises(InputError, match="fatal: its process ended with exit code 7, as it was"):
         compare(policies, short, 1, tmp_path / "none", workers=1, progress=False)
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("error", [RuntimeError("at exit"), BlockingIOError(11, "too many")])
+def test_where_no_process_can_be_started_the_remedy_is_named(error, tmp_path, monkeypatch):
+    def submit(*_):
+        raise error
+
+    monkeypatch.setattr(workers.ProcessPoolExecutor, "submit", submit)
+    with pytest.raises(InputError, match=r"no worker process can be started \(.*\): use workers=0"):
+        compare({"idle": "idle"}, "quick-v1", 1, tmp_path / "none", workers=1, progress=False)
     assert not (tmp_path / "none").exists()
 
 

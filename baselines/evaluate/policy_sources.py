@@ -260,6 +260,8 @@ def identify(function: Any) -> tuple[Path | None, str]:
         bound = [function.args, function.keywords]
         function = function.func
     file = getattr(sys.modules.get(function.__module__), "__file__", None)
+    if file and not os.path.isfile(file):  # as of a program that is read from standard input
+        file = None
     cell = "" if file else _notebook_cell(function)
     if not file and not cell:
         return None, uuid.uuid4().hex

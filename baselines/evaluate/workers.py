@@ -102,7 +102,7 @@ def check_fit(policies: Mapping[str, Sequence[PolicySource]], suite: Suite, work
     Raises:
         ValueError: a policy does not fit, cannot be sent to a process, or ends it.
     """
-    if _runs_here(workers) or not isinstance(get_active_backend()[0], LokyBackend):
+    if _runs_here(workers) or not _has_own_pool():
         policy_sources.check_fit(policies, suite)
         return
     pool = ProcessPoolExecutor(1, env=ENVIRONMENT)
@@ -130,6 +130,12 @@ def _runs_here(workers: int) -> bool:
     """Returns whether everything runs in this process."""
     in_threads = getattr(get_active_backend()[0], "uses_threads", False)
     return workers == 0 or in_threads or multiprocessing.current_process().daemon
+
+
+def _has_own_pool() -> bool:
+    """Returns whether processes are started here, not by a backend of joblib that can do it."""
+    backend = get_active_backend()[0]
+    return isinstance(backend, LokyBackend) or not backend.supports_return_generator
 
 
 def _packed(name: str, content: Any) -> bytes:
@@ -162,7 +168,7 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
 
     Without workers everything runs in this process, as a debugger wants it; so it does where this
     process may not start others, or joblib runs it in threads. An active joblib backend other than
-    loky decides for itself how many workers there are.
+    loky that returns results as they come, such as Dask, decides how many workers there are.
 
     Raises:
         WorkerError: a worker has failed or was killed; all others have done their work.
@@ -170,7 +176,7 @@ def run(jobs: Sequence[Job], workers: int) -> Iterator[tuple[RunKey, PoseLog]]:
     if _runs_here(workers):
         yield from _run_here(jobs)
         return
-    local = isinstance(get_active_backend()[0], LokyBackend)
+    local = _has_own_pool()
     batches = [b for job in jobs for b in job.batches(workers if local else effective_n_jobs())]
     try:
         packed = [_packed(str(job), job) for job in jobs]
@@ -264,6 +270,9 @@ def _starting() -> Iterator[None]:
     """Surrounds what starts processes, which need streams to flush, and inherit blocked signals.
 
     So Ctrl-C does not reach them; the main thread of this process hears of it afterwards.
+
+    Raises:
+        OSError: none can be started, by the limits of the system or because this process ends.
     """
     with ExitStack() as stack:
         if hasattr(signal, "pthread_sigmask"):
@@ -274,7 +283,14 @@ def _starting() -> Iterator[None]:
             if getattr(sys, name) is None or getattr(getattr(sys, name), "closed", False):
                 stack.callback(setattr, sys, name, getattr(sys, name))
                 setattr(sys, name, stack.enter_context(open(os.devnull, "w")))
-        yield
+        try:
+            yield
+        except BrokenProcessPool:
+            raise
+        except (RuntimeError, OSError) as error:
+            raise OSError(
+                f"no worker process can be started ({described(error)}): use workers=0"
+            ) from error
 
 
 def _death(error: BaseException) -> str:

@@ -16,6 +16,7 @@ from baselines.evaluate.conditions import Condition
 from baselines.evaluate.results import Results
 from baselines.evaluate.tables import descriptions, formats
 from baselines.evaluate.tables import markdown as markdown_text
+from baselines.policy import POLICIES
 
 SHOWN = 20  #: largest number of broken episodes that are listed
 BROKEN = (
@@ -87,7 +88,7 @@ def _policy(name: str, fingerprints: Sequence[str]) -> str:
     first = fingerprints[0]
     if len(fingerprints) > 1:
         return f"{len(fingerprints)} trainings: {', '.join(fingerprints)}"
-    if len(first) == 16 and set(first) <= set("0123456789abcdef"):
+    if first not in POLICIES:
         return f"fingerprint {first}"
     return "part of this package" if first == name else f"{first}, part of this package"
 
