@@ -113,6 +113,15 @@ def test_goals_of_a_narrow_ring_are_uniform():
         assert ks_2samp(values(thin), values(wide)).pvalue > 0.01
 
 
+@pytest.mark.parametrize("walls", [None, 1.3, 2.0, 50.0])
+def test_episodes_begin_within_arena_and_walls_whichever_is_nearer(walls):
+    options = {"arena": 1.5, "goal_distance": (0.0, 9.0), "start_distance": (0.5, 9.0)}
+    params, nearer = make_params(water={"walls": walls}, **options), min(walls or 1.5, 1.5)
+    some = [start(params, seed) for seed in range(60)]
+    assert 0.7 * nearer < max(np.abs(one.goal[:2]).max() for one in some) < nearer
+    assert 0.7 * nearer < max(np.abs(one.motion[:, :2]).max() for one in some) < nearer
+
+
 @pytest.mark.parametrize("ring", [(4.0, 4.0), (3.97, 9.0)])
 def test_goals_out_of_reach_are_refused_when_the_world_is_made(ring):
     with pytest.raises(ValueError, match="goal_distance"):

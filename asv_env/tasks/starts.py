@@ -168,7 +168,7 @@ def _arranged(near: float, far: float, apart: float, bound: float, team: int) ->
 
 def _bound(params: EnvParams, margin: float) -> float:
     """Returns the largest coordinate at which something may be placed, m."""
-    return (params.task.arena if params.water.walls is None else params.water.walls) - margin
+    return min(params.task.arena, params.water.walls or params.task.arena) - margin
 
 
 def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
