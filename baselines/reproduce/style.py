@@ -35,7 +35,6 @@ _SETTINGS: dict[str, Any] = {
     "savefig.bbox": "tight",  # without the margin that maps of one scale leave
     "savefig.pad_inches": 0.02,
     "pdf.fonttype": 42,  # fonts are embedded as outlines that stay text
-    "figure.hooks": [],  # functions of the user that would change figures
 }
 
 
