@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from asv_env import files
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.publish import merge
 from baselines.evaluate.results import of_rows, read_csv, write_csv
@@ -155,3 +156,29 @@ def test_runs_that_cannot_be_compared_are_refused(folder):
     assert "set of libraries is" in refusal(folder)
     shutil.rmtree(folder / "run")
     assert "summary.json" in refusal(folder)
+
+
+@pytest.mark.parametrize("name", ["episodes.csv", "summary.json", "report.md"])
+def test_a_merge_that_could_not_write_a_file_is_finished_by_the_same_command(name, folder):
+    def written():
+        return {path.name: path.read_bytes() for path in (folder / "published").glob("*.*")}
+
+    (folder / "published/report.md").unlink(missing_ok=True)
+    shutil.copytree(folder / "published", folder / "before")
+    merged(folder, 1)
+    expected = written()
+    shutil.rmtree(folder / "published")
+    shutil.copytree(folder / "before", folder / "published")
+    write = files.write
+
+    def full(path, save):
+        if path.name == name:
+            raise OSError(f"{path} cannot be written: no space left on device")
+        write(path, save)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(files, "write", full)
+        with pytest.raises(SystemExit, match="no space left"):
+            merged(folder, 1)
+    merged(folder, 1)
+    assert written() == expected
