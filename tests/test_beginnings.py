@@ -158,6 +158,7 @@ def test_boats_that_just_fit_begin_apart_in_their_ring(options):
     ("options", "named"),
     [
         ({"start_spacing": 20.0}, "start_spacing"),
+        ({"num_boats": 2, "start_spacing": 100.0}, "start_spacing"),
         ({"start_distance": (4.2, 5.0)}, "start_distance"),
         ({"start_distance": (0.01, 0.1)}, "start_distance"),
         ({"arena": 0.4}, "arena"),

@@ -157,7 +157,7 @@ def _arranged(near: float, far: float, apart: float, bound: float, team: int) ->
     places = np.empty(0, dtype=np.complex128)
     radius = min(far, math.sqrt(2) * bound)
     while radius >= near and radius > 0 and len(places) < 4 * team:
-        count = int(np.pi / math.asin(min(1.0, apart / (2 * radius))))
+        count = int(np.pi / math.asin(apart / (2 * radius))) if apart <= 2 * radius else 1
         turns = (np.arange(min(count, 64 * team)) + 0.5) / count
         circle = radius * np.exp(2j * np.pi * (turns + (0.125 - 0.5 / count)))
         inside = np.maximum(abs(circle.real), abs(circle.imag)) <= bound
