@@ -2,7 +2,9 @@
 
 import json
 import sys
+import threading
 import types
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from baselines.evaluate.policy_sources import find, identify
 from baselines.learned import policy_file
 from baselines.learned.network import Metadata, NetworkPolicy
 from baselines.learned.phases import Phase
+from baselines.policy import Idle, Random
 from baselines.rollout import runner
 from baselines.rollout.episodes import Label
 
@@ -214,3 +217,51 @@ def test_a_program_that_has_no_file_has_policies_too(monkeypatch):
     file, identity = identify(own)
     assert file is None
     assert identity != identify(own)[1]
+
+
+def made(seed):
+    """A policy that a function has made, with a base and a method that knows its class."""
+
+    class Base(Idle):
+        seed = 0
+
+    class Made(Base):
+        def __init__(self, params):
+            super().__init__(params)
+            self.seed = seed
+
+    return Made
+
+
+class Maker:
+    def __init__(self, seed):
+        self.seed = seed
+
+    def __call__(self, params):
+        return Random(params, self.seed)
+
+    make = __call__
+
+
+KINDS = {
+    "class": made,
+    "object": Maker,
+    "method": lambda seed: Maker(seed).make,
+    "partial": lambda seed: partial(Random, seed=seed),
+    "nested": lambda seed: partial(lambda params, k: Random(params, k), k=Maker(seed)),
+    "function": lambda seed: lambda params: Random(params, seed),
+    "default": lambda seed: lambda params, k=seed: Random(params, k),
+    "type": lambda seed: type("Typed", (Idle,), {"seed": seed}),
+    "base": lambda seed: type("Derived", (made(seed),), {}),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_policies_that_differ_in_what_is_bound_to_them_are_different(kind):
+    one, same, other = (find(kind(seed)).fingerprint() for seed in (1, 1, 2))
+    assert one == same != other
+
+
+def test_policies_whose_bound_values_cannot_be_compared_are_different():
+    lock = threading.Lock()
+    assert find(lambda _: lock).fingerprint() != find(lambda _: lock).fingerprint()

@@ -251,13 +251,12 @@ def fingerprint(file: Path | None, identity: str) -> str:
 def identify(function: Any) -> tuple[Path | None, str]:
     """Returns the file of a class or function, and its identity within that file.
 
-    In a notebook the file is None, and the identity covers the cell. It also covers values that
-    are bound to the function, such as the arguments of a ``partial``, but nothing that it imports.
-    Where these cannot be compared, the identity is random: no two are taken for the same.
+    In a notebook the file is None, and the identity covers the cell. It also covers the values that
+    are ``bound`` to it, but nothing that it imports. Where these cannot be compared, the identity
+    is random: no two are taken for the same.
     """
-    bound = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
-    if isinstance(function, partial):
-        bound = [function.args, function.keywords]
+    whole = function
+    while isinstance(function, partial):
         function = function.func
     file = getattr(sys.modules.get(function.__module__), "__file__", None)
     if file and not os.path.isfile(file):  # as of a program that is read from standard input
@@ -267,10 +266,42 @@ def identify(function: Any) -> tuple[Path | None, str]:
         return None, uuid.uuid4().hex
     name = getattr(function, "__qualname__", type(function).__qualname__)
     try:
-        more = digest(cell.encode() + pickle.dumps(bound)) if cell or bound else ""
-    except (pickle.PickleError, TypeError, AttributeError):
+        values = bound(whole)
+        more = digest(cell.encode() + pickle.dumps(values)) if cell or values else ""
+    except Exception:  # of whatever is bound
         more = uuid.uuid4().hex
     return Path(file) if file else None, f"{name} {more}".strip()
+
+
+def bound(thing: Any, owner: type | None = None) -> list[Any]:
+    """Returns the values that are bound to a class or function, which its file does not tell.
+
+    They are the arguments of a ``partial``, the object of a method or one that can be called, and
+    what a class or function that another function has made knows of it. The class ``owner``, to
+    which a function belongs, is left out.
+    """
+    if isinstance(thing, partial):
+        return [thing.args, thing.keywords, *bound(thing.func)]
+    if inspect.ismethod(thing):
+        return [thing.__self__]
+    if not _is_code(thing):
+        return [] if inspect.isbuiltin(thing) else [thing]
+    if getattr(sys.modules.get(thing.__module__), thing.__name__, None) is thing:
+        return []
+    values: list[Any]
+    if inspect.isclass(thing):
+        parts = {name: getattr(part, "__func__", part) for name, part in vars(thing).items()}
+        kept = (n for n in parts if _is_code(parts[n]) or not n.startswith(("__", "_abc_")))
+        owner, values = thing, [*thing.__bases__, *map(parts.__getitem__, kept)]
+    else:
+        cells = [cell.cell_contents for cell in thing.__closure__ or ()]
+        values = [*cells, *(thing.__defaults__ or ()), *(thing.__kwdefaults__ or {}).values()]
+    values = [value for value in values if value is not owner]
+    return [one for v in values for one in (bound(v, owner) if _is_code(v) else [v])]
+
+
+def _is_code(thing: Any) -> bool:
+    return inspect.isfunction(thing) or inspect.isclass(thing)
 
 
 def is_own(function: Any) -> bool:
