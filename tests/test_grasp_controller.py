@@ -33,9 +33,8 @@ def approach(params, seeds, seconds=None):
 
 def lasting(scenario, num_boats=4, **options):
     """Parameters of an approach in which no world ends before its time."""
-    return make_params(
-        "approach", num_boats, scenario, hold_time=1e3, time_limit=1e3, arena=1e3, **options
-    )
+    params = make_params("approach", num_boats, scenario, arena=1e3, **options)
+    return replace(params, task=replace(params.task, hold_time=params.task.time_limit))
 
 
 @pytest.mark.parametrize(
