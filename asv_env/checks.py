@@ -46,7 +46,11 @@ def called(kind: str, name: str, function: Callable[..., Any], *arguments: Any) 
     try:
         return function(*arguments)
     except Exception as error:
-        raise FunctionError(f"{kind} {name!r} failed: {described(error)}") from error
+        raise _failed(kind, name, error) from error
+
+
+def _failed(kind: str, name: str, error: Exception) -> FunctionError:
+    return FunctionError(f"{kind} {name!r} failed: {described(error)}")
 
 
 def values(
@@ -68,8 +72,12 @@ def values(
     Raises:
         FunctionError: it fails, or returns something else.
     """
-    given = called(kind, name, function, *arguments)
-    array = called(kind, name, np.asarray, given)
+    try:
+        array = function(*arguments)
+        if type(array) is not np.ndarray:
+            array = np.asarray(array)
+    except Exception as error:
+        raise _failed(kind, name, error) from error
     if array.dtype.kind not in forms.get(array.shape, ""):
         allowed = " or ".join(f"{NUMBERS[numbers]} {shape}" for shape, numbers in forms.items())
         raise FunctionError(

@@ -135,7 +135,7 @@ class Simulation:
     @property
     def sensed(self) -> Sensed:
         """What the boats know now, the input of every policy: copies, for it to write to."""
-        return copied(self._sensed())
+        return Sensed(**{name: array.copy() for name, array in self._known().items()})
 
     @numerics()
     def reset(
@@ -306,12 +306,13 @@ class Simulation:
     def _potentials_of(self, relations: Relations, state: State) -> Float:
         return reward.potentials(self._task.reward, relations, state, self.params)
 
-    def _sensed(self) -> Sensed:
+    def _known(self) -> dict[str, Any]:
+        """Returns the fields of ``Sensed``, read-only."""
         known = {name: getattr(self._state, name) for name in SITUATION}
-        return Sensed(measured=self._sensors.measured, estimate=self._sensors.estimate, **known)
+        return {**known, "measured": self._sensors.measured, "estimate": self._sensors.estimate}
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
-        sensed, relations, occupied = self._sensed(), self._relations, self._occupied
+        sensed, relations, occupied = Sensed(**self._known()), self._relations, self._occupied
         if index is not None:
             sensed, relations = rows(sensed, index), rows(relations, index)
             occupied = occupied[index]

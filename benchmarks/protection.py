@@ -16,7 +16,7 @@ import tyro
 from tqdm import tqdm
 
 import asv_env.simulation
-from asv_env import Simulation, make_params
+from asv_env import Sensed, Simulation, make_params
 from asv_env.checks import check_whole
 from baselines.policy import Idle
 from baselines.rollout.commands import command
@@ -51,7 +51,7 @@ def unprotected() -> Iterator[None]:
     with ExitStack() as patches:
         for target, name, stand_in in (
             (asv_env.simulation, "frozen", lambda record: record),
-            (Simulation, "sensed", property(Simulation._sensed)),
+            (Simulation, "sensed", property(lambda worlds: Sensed(**worlds._known()))),
             (np, "copy", lambda array: array),
         ):
             patches.enter_context(mock.patch.object(target, name, stand_in))

@@ -35,6 +35,7 @@ Value = Callable[[View], np.ndarray]
 """Function from a view to (W, A) or (W, 1): real for one column, complex x + iy for two; or to
 (W, A, n) for n columns."""
 Features = tuple["Feature", ...]
+Forms = dict[tuple[int, ...], str]  #: shapes that values may have, with the kinds of their numbers
 
 
 @dataclass(frozen=True)
@@ -193,21 +194,17 @@ def observe(
     occupy their slots by them.
     """
     view = View(sensed, relations, occupied, params)
-    bound = bounds(features)
+    layout, factors, bound = _layout(features, *sensed.slot.shape, params.vessel.length)
     columns = np.zeros((*sensed.slot.shape, len(bound)))
-    column = 0
-    for feature in features:
-        width = len(feature.scale)
-        forms = _forms(*sensed.slot.shape, width)
+    for feature, place, forms in layout:
         value = values(forms, KIND, feature.name, feature.value, view)
-        if width == 1:
-            columns[..., column] = value
+        if len(feature.scale) == 1:
+            columns[..., place.start] = value
         elif value.dtype.kind == "c":
-            columns[..., column : column + 2].view(np.complex128)[..., 0] = value
+            columns[..., place].view(np.complex128)[..., 0] = value
         else:
-            columns[..., column : column + width] = value
-        column += width
-    columns *= _per_scale(features, params.vessel.length)
+            columns[..., place] = value
+    columns *= factors
     # Two passes of these take less time than one of clip.
     np.maximum(columns, -bound, out=columns)
     observed = np.minimum(columns, bound, dtype=np.float32, casting="same_kind")
@@ -217,18 +214,25 @@ def observe(
     return observed
 
 
-@lru_cache(maxsize=32)
-def _forms(worlds: int, team: int, width: int) -> dict[tuple[int, ...], str]:
+@lru_cache(maxsize=128)
+def _layout(
+    features: Features, worlds: int, team: int, length: float
+) -> tuple[tuple[tuple[Feature, slice, Forms], ...], Float, Observation]:
+    """Returns where the columns of each feature are and what its values may be, for W worlds.
+
+    Factors on all columns (K,), for a vessel of this length in m, and their bounds (K,) follow.
+    """
+    ends = np.cumsum([len(one.scale) for one in features]).tolist()
+    places = (slice(end - len(one.scale), end) for one, end in zip(features, ends, strict=True))
+    forms = (_forms(worlds, team, len(one.scale)) for one in features)
+    factors: Float = 1.0 / np.array([scale or length for one in features for scale in one.scale])
+    factors.setflags(write=False)
+    return tuple(zip(features, places, forms, strict=True)), factors, bounds(features)
+
+
+def _forms(worlds: int, team: int, width: int) -> Forms:
     """Returns what a feature of so many columns may be; see ``Feature.value``."""
     flat, deep = ((worlds, team), (worlds, 1), (1, 1)), ((worlds, team, width), (worlds, 1, width))
     if width == 1:
         return dict.fromkeys(flat, REAL)
     return dict.fromkeys(flat if width == 2 else (), COMPLEX) | dict.fromkeys(deep, REAL)
-
-
-@lru_cache(maxsize=32)
-def _per_scale(features: Features, length: float) -> Float:
-    """Returns the factors (K,) on the columns for a vessel of this length, m."""
-    factors: Float = 1.0 / np.array([scale or length for one in features for scale in one.scale])
-    factors.setflags(write=False)
-    return factors
