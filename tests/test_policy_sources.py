@@ -12,7 +12,8 @@ from command_line import SHORT, refused, rows, run
 from helpers import SEEN
 
 from asv_env import make_params
-from baselines.evaluate.policy_sources import find, identify
+from baselines.evaluate.fingerprints import identify
+from baselines.evaluate.policy_sources import find
 from baselines.learned import policy_file
 from baselines.learned.network import Metadata, NetworkPolicy
 from baselines.learned.phases import Phase

@@ -15,12 +15,8 @@ from asv_env import files
 from asv_env.text import shown
 from baselines.evaluate import workers
 from baselines.evaluate.conditions import Condition, Suite
-from baselines.evaluate.policy_sources import (
-    PolicySource,
-    fingerprint,
-    identify,
-    own_functions,
-)
+from baselines.evaluate.fingerprints import fingerprint, identify, own_functions
+from baselines.evaluate.policy_sources import PolicySource
 from baselines.evaluate.report import document
 from baselines.evaluate.results import Results
 from baselines.evaluate.store import NAME as STORE
