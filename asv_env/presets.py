@@ -83,8 +83,9 @@ SECTIONS = ReadOnlyDict(
     {f.name: f.default_factory for f in fields(EnvParams) if f.default_factory is not MISSING}
 )  #: classes of the sections of parameters, by name
 TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
-ARGUMENTS = ("num_boats", "scenario", "preset", "action_mode", "observation", "render_mode")
-KNOWN = tuple(sorted({*ARGUMENTS, *TASK_OPTIONS, *SECTIONS, "task_params"}))
+ARGUMENTS = ("num_boats", "scenario", "preset", "action_mode", "observation")
+OF_ADAPTERS = ("render_mode", "max_episode_steps", "flat")  #: options of an environment alone
+KNOWN = tuple(sorted({*ARGUMENTS, *OF_ADAPTERS, *TASK_OPTIONS, *SECTIONS, "task_params"}))
 """Names of the options of an environment."""
 
 
