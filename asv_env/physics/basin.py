@@ -62,9 +62,8 @@ class _Pool:
 class BasinSnapshot:
     """All that a ``Basin`` remembers from one physics step to the next."""
 
-    bodies: (
-        Float  #: (W, B, 9) pose and velocity as the next step finds them, mass, inertia, friction
-    )
+    #: (W, B, 9) pose and velocity as the next step finds them, mass, inertia, friction
+    bodies: Float
     motion: Float  #: (W, B, 6) motion after the last step
     contacts: list[memory.Contacts]  #: of each Space, in the last step
 
@@ -112,7 +111,7 @@ class Basin:
                 body.position_func = pymunk.Body.update_position
 
     def snapshot(self) -> BasinSnapshot:
-        """Returns all that the next steps depend on.
+        """Returns all that the next steps depend on, for the simulation to copy.
 
         Chipmunk shows everything but the bias velocities, by which hulls that overlap move apart
         at the beginning of the next step. So the bodies make that change of position now, and
@@ -125,7 +124,7 @@ class Basin:
             self._moved = True
         bodies = [[memory.remembered(body) for body in world] for world in self._bodies]
         contacts = [memory.contacts(pool.space) for pool in self._pools]
-        return BasinSnapshot(np.array(bodies), self.motion.copy(), contacts)
+        return BasinSnapshot(np.array(bodies), self.motion, contacts)
 
     def restore(self, snapshot: BasinSnapshot) -> None:
         """Continues as the basin did, with the same arguments, whose ``snapshot`` this is.

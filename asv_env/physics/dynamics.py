@@ -64,11 +64,11 @@ class Dynamics:
         self._softening[world] = water.softening(self._linear[world], self._dt_per_mass[world])
         self.motors.reset(world, initial.thrust_gain, dt / initial.lag)
 
-    def snapshot(self) -> tuple[BasinSnapshot, list[Float]]:
-        """Returns all that the next steps depend on."""
-        return self.basin.snapshot(), [array.copy() for array in self._changing()]
+    def snapshot(self) -> tuple[BasinSnapshot, tuple[Float, ...]]:
+        """Returns all that the next steps depend on, for the simulation to copy."""
+        return self.basin.snapshot(), self._changing()
 
-    def restore(self, memory: tuple[BasinSnapshot, list[Float]]) -> None:
+    def restore(self, memory: tuple[BasinSnapshot, tuple[Float, ...]]) -> None:
         """Continues as the dynamics did, with the same arguments, whose ``snapshot`` this is."""
         basin, arrays = memory
         self.basin.restore(basin)

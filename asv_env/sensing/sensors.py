@@ -42,7 +42,7 @@ class Sensors:
             self._rngs: dict[int, np.random.Generator] = {}
 
     def snapshot(self) -> dict[str, Any]:
-        """Returns all that changes from tick to tick, by name."""
+        """Returns all that changes from tick to tick by name, for the simulation to copy."""
         return {name: vars(self)[name] for name in CHANGING if name in vars(self)}
 
     def restore(self, memory: dict[str, Any]) -> None:
