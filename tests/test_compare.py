@@ -56,8 +56,8 @@ def test_a_class_meets_a_registered_policy(tmp_path):
 
 
 def test_a_suite_by_its_name_with_another_task():
-    found = compare({"mine": Full}, "quick-v1", 1, task=STEADY, **QUIET)
-    suite = SUITES["quick-v1"]
+    found = compare({"mine": Full}, "quick-v2", 1, task=STEADY, **QUIET)
+    suite = SUITES["quick-v2"]
     assert found.episodes["condition"].tolist() == [one.name for one in suite.conditions]
     assert set(found.episodes["task"]) == {"steady"}
     assert set(found.episodes["seed"]) == {suite.seed}
@@ -137,8 +137,8 @@ def test_charts_are_drawn():
         ({"policies": {"mine": ["idle", "random"]}}, "need a name each"),
         ({"policies": {"mine": "scriptd"}}, "Did you mean 'scripted'"),
         ({"policies": {"mine": lambda params: None}}, "no method act"),
-        ({"suite": "plane-v9"}, "Did you mean 'plane-v1'"),
-        ({"suite": "plane-v1", "episodes": 2001}, "episodes=2001: plane-v1 has 2000"),
+        ({"suite": "plane-v9"}, "Did you mean 'plane-v2'"),
+        ({"suite": "plane-v2", "episodes": 2001}, "episodes=2001: plane-v2 has 2000"),
         ({"suite": []}, "give a name, a Suite"),
         ({"suite": [SHORT, SHORT]}, "a name of its own"),
         ({"task": "transprt"}, "Did you mean 'transport'"),

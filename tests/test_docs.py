@@ -47,7 +47,7 @@ def test_the_policy_of_the_page_meets_the_baselines_as_it_says(tmp_path, monkeyp
     Path("mine.py").write_text(policy)
     evaluate.main([*command.split(), "--episodes", "2"])
     assert "ToSlot" in capsys.readouterr().out
-    assert len(read_csv(Path("runs/quick-v1-approach/episodes.csv"))) == 2 * 2 * 3
+    assert len(read_csv(Path("runs/quick-v2-approach/episodes.csv"))) == 2 * 2 * 3
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])

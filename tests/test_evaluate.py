@@ -88,7 +88,7 @@ def test_what_is_there_is_kept_and_only_what_is_new_is_run(tmp_path, capsys):
     [
         (["--task", "push", "--scenario", "noisy"], "another set of episodes"),
         (["--task", "approach"], "another task"),
-        (["--suite", "quick-v1"], "another suite"),
+        (["--suite", "quick-v2"], "another suite"),
     ],
 )
 def test_results_of_another_provenance_are_not_mixed_or_lost(results, arguments, message, capsys):
@@ -166,10 +166,10 @@ def test_a_sweep_is_a_suite_of_ones_own(tmp_path):
     [
         (["--task", "transprt"], "Did you mean 'transport'"),
         (["--scenario", "noissy"], "Did you mean 'noisy'"),
-        (["--suite", "plane-v9"], "Did you mean 'plane-v1'"),
-        (["--suite", "plane-v1", "--scenario", "noisy"], "--scenario cannot go with --suite"),
-        (["--suite", "plane-v1", "--seed", "0"], "--seed cannot go with --suite"),
-        (["--suite", "plane-v1", "--episodes", "2001"], "has 2000"),
+        (["--suite", "plane-v9"], "Did you mean 'plane-v2'"),
+        (["--suite", "plane-v2", "--scenario", "noisy"], "--scenario cannot go with --suite"),
+        (["--suite", "plane-v2", "--seed", "0"], "--seed cannot go with --suite"),
+        (["--suite", "plane-v2", "--episodes", "2001"], "has 2000"),
         (["--policies", "idle", "idle"], "once"),
         (["--episodes", "0"], "--episodes 0"),
         (["--num-envs", "-1"], "--num-envs -1"),

@@ -141,7 +141,7 @@ def test_results_are_where_the_command_said_though_a_policy_moves(tmp_path, monk
 
     monkeypatch.chdir(tmp_path)
     quiet = {"workers": 0, "progress": False, "record": True}
-    found = compare({"moves": Moves, "idle": "idle"}, "quick-v1", 1, "here", task="push", **quiet)
+    found = compare({"moves": Moves, "idle": "idle"}, "quick-v2", 1, "here", task="push", **quiet)
     assert os.getcwd() == str(tmp_path)
     assert (tmp_path / "here" / "episodes.csv").exists()
     assert len(list((tmp_path / "here").rglob("*.npz"))) == len(found.episodes)

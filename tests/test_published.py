@@ -18,7 +18,7 @@ from baselines.rollout.lock import locked
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs/results"
 PUBLISHED = sorted(path.parent.name for path in RESULTS.glob("*/episodes.csv"))
-SUITE = SUITES["plane-v1"]
+SUITE = SUITES["plane-v2"]
 
 
 def row(condition, seed, policy="one", **changes):
@@ -74,11 +74,11 @@ def test_rows_in_any_order_make_the_same_results():
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        ([], "no episodes of plane-v1"),
+        ([], "no episodes of plane-v2"),
         (all_rows()[1:], "seeds are not the first ones"),
         ([replace(one, seed=one.seed - 5) for one in all_rows()], "seeds are not the first ones"),
-        (all_rows(task="push"), "not an episode of plane-v1"),
-        (all_rows(num_boats=5), "not an episode of plane-v1"),
+        (all_rows(task="push"), "not an episode of plane-v2"),
+        (all_rows(num_boats=5), "not an episode of plane-v2"),
         ([one for one in all_rows() if one.condition == "noisy"], "its conditions are not those"),
         (
             [*all_rows(), row(replace(SUITE.conditions[0], name="more"), 0)],
@@ -101,9 +101,9 @@ def test_rows_that_are_not_the_suites_are_refused(rows, message):
 @pytest.fixture
 def folder(tmp_path):
     """Results that are not very good, and a page for them."""
-    (tmp_path / "plane-v1").mkdir()
+    (tmp_path / "plane-v2").mkdir()
     rows = [*all_rows("one"), *all_rows("two", success=False, cause="strayed", time_to_goal=None)]
-    write_csv(tmp_path / "plane-v1/episodes.csv", rows)
+    write_csv(tmp_path / "plane-v2/episodes.csv", rows)
     (tmp_path / "page.md").write_text(f"before\n{pages.START}\nold\n{pages.END}\nafter\n")
     return tmp_path
 
@@ -114,7 +114,7 @@ def command(folder, *more):
 
 def test_nothing_is_published_while_a_suite_or_all_of_them_are_in_use(folder, monkeypatch):
     before = {path: path.read_bytes() for path in folder.rglob("*.*") if path.is_file()}
-    for used in (folder, folder / "plane-v1"):
+    for used in (folder, folder / "plane-v2"):
         with locked(used), pytest.raises(SystemExit, match="in use by another run"):
             command(folder)
     assert all(path.read_bytes() == text for path, text in before.items())
@@ -128,21 +128,21 @@ def test_pages_show_the_numbers_of_the_rows(folder):
     page = (folder / "page.md").read_text(encoding="utf-8")
     assert page.startswith("before\n")
     assert page.endswith("after\n")
-    assert "| `plane-v1` | 2 × 3 | 100.0% (worst: nominal, 100.0%) | 0.0% (worst:" in page
+    assert "| `plane-v2` | 2 × 3 | 100.0% (worst: nominal, 100.0%) | 0.0% (worst:" in page
     conditions = (folder / "README.md").read_text(encoding="utf-8")
     assert "| one | 100.0% [43.9, 100.0] |" in conditions
     assert "| two | 0.0% [0.0, 56.1] | −100.0 [" in conditions
 
 
 def test_a_report_that_differs_from_its_summary_is_written_again(folder):
-    results = of_rows(SUITE, read_csv(folder / "plane-v1/episodes.csv"))
+    results = of_rows(SUITE, read_csv(folder / "plane-v2/episodes.csv"))
     provenance = {
         "set of episodes": "a",
         "state of the code": "b",
         "set of libraries": {"pymunk": "7"},
     }
     summary = {
-        "suite": "plane-v1",
+        "suite": "plane-v2",
         "about": SUITE.about,
         "episodes": 3,
         "seeds": [3_000_000, 3_000_002],
@@ -150,10 +150,10 @@ def test_a_report_that_differs_from_its_summary_is_written_again(folder):
         "policies": {"one": ["one"], "two": ["two"]},
         **summarise(results),
     }
-    (folder / "plane-v1/summary.json").write_text(json.dumps(summary))
-    (folder / "plane-v1/report.md").write_text("another report")
+    (folder / "plane-v2/summary.json").write_text(json.dumps(summary))
+    (folder / "plane-v2/report.md").write_text("another report")
     command(folder)
-    assert "Compared with one" in (folder / "plane-v1/report.md").read_text(encoding="utf-8")
+    assert "Compared with one" in (folder / "plane-v2/report.md").read_text(encoding="utf-8")
 
 
 def test_stale_pages_are_named_and_left_alone(folder):
@@ -163,8 +163,8 @@ def test_stale_pages_are_named_and_left_alone(folder):
     assert (folder / "page.md").read_text() == before
     command(folder)
     command(folder, "--check")
-    rows = read_csv(folder / "plane-v1/episodes.csv")
-    write_csv(folder / "plane-v1/episodes.csv", [replace(rows[0], success=False), *rows[1:]])
+    rows = read_csv(folder / "plane-v2/episodes.csv")
+    write_csv(folder / "plane-v2/episodes.csv", [replace(rows[0], success=False), *rows[1:]])
     with pytest.raises(SystemExit, match="stale"):
         command(folder, "--check")
 
@@ -173,7 +173,7 @@ def test_a_page_without_marks_and_a_folder_without_results_are_refused(folder):
     (folder / "page.md").write_text("nothing")
     with pytest.raises(SystemExit, match="the page needs a line"):
         command(folder)
-    shutil.rmtree(folder / "plane-v1")
+    shutil.rmtree(folder / "plane-v2")
     with pytest.raises(SystemExit, match="no results of suites"):
         command(folder)
 

@@ -268,7 +268,7 @@ def test_where_no_process_can_be_started_the_remedy_is_named(error, tmp_path, mo
 
     monkeypatch.setattr(workers.ProcessPoolExecutor, "submit", submit)
     with pytest.raises(InputError, match=r"no worker process can be started \(.*\): use workers=0"):
-        compare({"idle": "idle"}, "quick-v1", 1, tmp_path / "none", workers=1, progress=False)
+        compare({"idle": "idle"}, "quick-v2", 1, tmp_path / "none", workers=1, progress=False)
     assert not (tmp_path / "none").exists()
 
 

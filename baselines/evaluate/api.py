@@ -118,7 +118,7 @@ class Comparison:
 
 def compare(
     policies: Mapping[str, PolicyLike],
-    suite: str | Suite | Condition | EnvParams | Sequence[Condition] = "quick-v1",
+    suite: str | Suite | Condition | EnvParams | Sequence[Condition] = "quick-v2",
     episodes: int | None = None,
     out: str | Path | None = None,
     *,

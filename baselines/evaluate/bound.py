@@ -79,7 +79,7 @@ def least_time(params: EnvParams, start: InitialState) -> float:
     return gap / boat_speed(params) + float(push_time(params, np.array(distance)))
 
 
-def show(suite: str = "plane-v1", episodes: int = 500) -> None:
+def show(suite: str = "plane-v2", episodes: int = 500) -> None:
     """Print a lower bound of the time to deliver the vessel, for each condition of a suite.
 
     Args:

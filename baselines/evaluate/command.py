@@ -41,7 +41,7 @@ class Options:
     trust_pickles: bool = False
     """read stable-baselines3 models; doing so runs whatever code is in them"""
     suite: str | None = None
-    """suite to run: quick-v1, paper-v1, plane-v1, robust-v1, team-v1, shape-v1. Without one, a
+    """suite to run: quick-v2, paper-v2, plane-v2, robust-v2, team-v2, shape-v2. Without one, a
     sweep over the tasks, scenarios and team sizes below is run"""
     task: tuple[str, ...] = ("transport",)
     """approach, push, transport, or module:NAME; a suite takes one, a sweep several"""

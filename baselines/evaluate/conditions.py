@@ -76,7 +76,7 @@ class Suite:
     Raises ValueError for names that cannot be names of folders, or that are not distinct.
     """
 
-    name: str  #: with its version, such as "plane-v1"
+    name: str  #: with its version, such as "plane-v2"
     about: str  #: purpose, in a sentence
     conditions: tuple[Condition, ...]  #: one or more, their names unique
     seed: int = 0  #: first seed of every condition

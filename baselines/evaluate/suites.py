@@ -101,7 +101,7 @@ _PAPER = (
 )
 PUBLISHED = (
     Suite(
-        "quick-v1",
+        "quick-v2",
         "Two minutes on a laptop: the paper's goal and goals over the plane.",
         (
             Condition("paper-goal", "one goal for all", options={"goal": PAPER_GOAL}),
@@ -111,16 +111,16 @@ PUBLISHED = (
         seed=1_000_000,
         episodes=60,
     ),
-    Suite("paper-v1", "The paper's experiment: one goal pose, four boats.", _PAPER, 2_000_000),
-    Suite("plane-v1", "Goals anywhere around the vessel, any heading.", _PLANE, 3_000_000),
+    Suite("paper-v2", "The paper's experiment: one goal pose, four boats.", _PAPER, 2_000_000),
+    Suite("plane-v2", "Goals anywhere around the vessel, any heading.", _PLANE, 3_000_000),
     Suite(
-        "robust-v1",
+        "robust-v2",
         "Disturbances one by one, each compared with its control.",
         _robust(),
         4_000_000,
     ),
-    Suite("team-v1", "Teams of 2 to 32 boats; the vessel grows with them.", _teams(), 5_000_000),
-    Suite("shape-v1", "Vessels of other shapes, and one without fins.", _shapes(), 6_000_000),
+    Suite("team-v2", "Teams of 2 to 32 boats; the vessel grows with them.", _teams(), 5_000_000),
+    Suite("shape-v2", "Vessels of other shapes, and one without fins.", _shapes(), 6_000_000),
 )
 SUITES: Registry[Suite] = Registry(
     "suite", {s.name: s for s in PUBLISHED}, lambda thing: isinstance(thing, Suite)
