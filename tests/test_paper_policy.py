@@ -16,7 +16,7 @@ from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.tasks.formation import slots
 from asv_env.types import rows
 from baselines.paper.coasting import coasting_speed
-from baselines.paper.paper_numbers import GAINS, IN_RANGE
+from baselines.paper.paper_numbers import GAINS, IN_RANGE, PaperGains
 from baselines.paper.paper_policy import PaperPolicy
 from baselines.rollout import runner
 
@@ -80,7 +80,7 @@ def spiral_length(offset):
 def test_approach_speed_is_the_spirals_length_over_the_time_left():
     params = make_params(boat={"thrust": 0.02})
     begun = sensed(params)
-    policy = PaperPolicy(params, arrival_time=200.0)
+    policy = PaperPolicy(params, PaperGains(arrival_time=200.0))
     action, memory = policy.act(begun, np.empty(0), None, np.ones(1, dtype=bool))
     boats = begun.measured[0, 1:, :2]
     for boat, target, speed in zip(boats, memory.target[0], action[0, :, 0], strict=True):
@@ -356,9 +356,9 @@ HARD_GOALS = [
 
 
 @pytest.mark.parametrize("goal", HARD_GOALS)
-@pytest.mark.parametrize("alpha1", [1.0, 0.0])
+@pytest.mark.parametrize("alpha1", [1.0, 0.0, None])
 def test_actions_are_finite_for_singular_goals(goal, alpha1):
-    trial = Trial(make_params("push", goal=goal, time_limit=8.0), alpha1=alpha1)
+    trial = Trial(make_params("push", goal=goal, time_limit=8.0), gains=PaperGains(alpha1=alpha1))
     assert np.isfinite(trial.run(60)).all()
 
 
@@ -383,9 +383,15 @@ def test_actions_are_finite_in_any_world(num_boats, task, side, scenario, preset
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [({"alpha1": np.nan}, "alpha1"), ({"arrival_time": 0.0}, "arrival_time")],
+    ("name", "value"),
+    [
+        ("alpha1", np.nan),
+        ("arrival_time", 0.0),
+        ("push_speed", -1.0),
+        ("switch_distance", -0.01),
+        ("min_radius", None),
+    ],
 )
-def test_bad_arguments_are_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        PaperPolicy(make_params(), **arguments)
+def test_bad_gains_are_refused(name, value):
+    with pytest.raises(ValueError, match=name):
+        PaperGains(**{name: value})

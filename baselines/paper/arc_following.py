@@ -5,9 +5,10 @@ import numpy as np
 from asv_env.geometry import direction, xy
 from asv_env.params import TINY
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool
+from asv_env.types import Bool, Float
 from baselines.paper import pushing, two_arc
-from baselines.paper.paper_numbers import IN_RANGE, PaperGains
+from baselines.paper.arcs import ArcPath
+from baselines.paper.paper_numbers import PaperGains
 from baselines.paper.steering import Memory, Steering
 
 CURVATURES = (
@@ -16,14 +17,25 @@ CURVATURES = (
 )  #: bounds of the curvature, 1/m, for straights and turns on the spot
 
 
-def plan_arcs(relations: Relations, new: Bool, alpha1: float, memory: Memory) -> None:
-    """Plans the two arcs (Eqs 9-15) of the worlds ``new`` (W,) to the push, into the memory.
+def two_arcs(goal: Float, half_length: float, gains: PaperGains) -> ArcPath:
+    """Returns the two arcs (Eqs 9-15) to goals (n, 3), m, m, rad, in the frame of the vessel.
 
-    The first arc turns by ``alpha1``, rad, but where the goal's heading leaves no choice.
+    The first arc turns by ``alpha1``, but where the goal's heading leaves no choice. Where the
+    gains have none, the shortest path is taken whose radii are large enough for a vessel of this
+    half-length, m.
     """
-    goal = np.stack([relations.goal.real, relations.goal.imag, -relations.heading_error], -1)[new]
+    if gains.alpha1 is None:
+        return two_arc.shortest(goal, gains.min_radius * half_length)
     only = 2 * np.arctan2(goal[:, 0], -goal[:, 1])
-    path = two_arc.plan(goal, np.where(np.abs(goal[:, 2]) < TINY, only, alpha1))
+    return two_arc.plan(goal, np.where(np.abs(goal[:, 2]) < TINY, only, gains.alpha1))
+
+
+def plan_arcs(
+    relations: Relations, new: Bool, memory: Memory, half_length: float, gains: PaperGains
+) -> None:
+    """Plans the two arcs of the worlds ``new`` (W,) to the push, into the memory."""
+    goal = np.stack([relations.goal.real, relations.goal.imag, -relations.heading_error], -1)[new]
+    path = two_arcs(goal, half_length, gains)
     joints = path.joints
     position, heading = relations.position[new, :1], relations.heading[new, :1]
     points = position + heading * (joints[..., 0] + 1j * joints[..., 1])
@@ -34,15 +46,16 @@ def plan_arcs(relations: Relations, new: Bool, alpha1: float, memory: Memory) ->
     memory.pushing |= new
 
 
-def follow_arcs(relations: Relations, memory: Memory) -> None:
-    """Switches to the second arc past the end of the first, and the motors off near the goal."""
+def follow_arcs(relations: Relations, memory: Memory, gains: PaperGains) -> None:
+    """Switches to the second arc at the end of the first, and the motors off near the goal."""
     position = relations.position[:, 0]
     centre, rho = memory.centre[:, 0], memory.rho[:, 0]
     turned = np.angle((position - centre) * (memory.last_position - centre).conj())
     memory.travelled += rho * turned
     memory.last_position = position
-    memory.arc |= memory.pushing & (memory.travelled >= memory.length[:, 0])
-    memory.motors_off |= memory.pushing & (np.abs(memory.goal - position) < IN_RANGE)
+    left = memory.length[:, 0] - memory.travelled
+    memory.arc |= memory.pushing & (left <= gains.switch_distance)
+    memory.motors_off |= memory.pushing & (np.abs(memory.goal - position) < gains.stop_distance)
 
 
 def push_steering(

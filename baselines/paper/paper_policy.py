@@ -27,8 +27,7 @@ from asv_env.types import Action, Bool, Float, Observation, Sensed, copied, put_
 from baselines.paper import braitenberg
 from baselines.paper.arc_following import follow_arcs, plan_arcs, push_steering
 from baselines.paper.coasting import coasting_speed
-from baselines.paper.inputs import finite, positive
-from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, IN_RANGE, MEAN_SPEEDS, PaperGains
+from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, MEAN_SPEEDS, PaperGains
 from baselines.paper.steering import Assignment, Memory, Steering, approach_steering, nearest
 from baselines.paper.wheel_commands import WheelCommands
 
@@ -36,34 +35,28 @@ from baselines.paper.wheel_commands import WheelCommands
 class PaperPolicy:
     """The paper's controller, batched and distributed; reads ``Sensed`` only.
 
-    The mean speed of the vessel, which the paper does not give, is that from which it coasts the
-    last 20 cm.
+    The mean speed of the vessel, which the paper does not give, follows from that from which it
+    coasts the last 20 cm. T_goal grows with the vessel's length.
 
     Args:
         params: of the environment.
-        alpha1: turn of the first arc, rad.
-        arrival_time: T_goal, s; None takes that of the paper's experiment with tracking actions,
-            of its simulation with thrusters, in proportion to the vessel's length.
-        gains: what the paper leaves open.
+        gains: the free parameters, by default as printed.
         assignment: of the targets to the boats, called at every tick.
     """
 
     def __init__(
         self,
         params: EnvParams,
-        alpha1: float = 1.0,
-        arrival_time: float | None = None,
         gains: PaperGains = GAINS,
         assignment: Assignment = nearest,
     ) -> None:
-        if arrival_time is None:
-            arrival_time = ARRIVAL_TIME[params.action_mode] * params.vessel.length / NOMINAL_LENGTH
-        self._alpha1 = float(finite("alpha1", alpha1))
-        self._arrival_time = float(positive("arrival_time", arrival_time))
         self._params, self._gains, self._assignment = params, gains, assignment
+        arrival_time = gains.arrival_time or ARRIVAL_TIME[params.action_mode]
+        self._arrival_time = arrival_time * params.vessel.length / NOMINAL_LENGTH
         self._commands = WheelCommands(params, gains.steering)
         vessel, _ = params.hulls()
-        self._mean_speed = float(np.clip(coasting_speed(vessel, IN_RANGE), *MEAN_SPEEDS))
+        speed = gains.push_speed * coasting_speed(vessel, gains.stop_distance)
+        self._mean_speed = float(np.clip(speed, *MEAN_SPEEDS))
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
@@ -75,11 +68,11 @@ class PaperPolicy:
         flip = np.where(sensed.side < 0, -1.0, 1.0)
         relations = self._assign_targets(sensed, flip, memory)
         new = sensed.closed & ~memory.pushing
-        if self._params.definition.has_goal and new.any():
-            plan_arcs(relations, new, self._alpha1, memory)
-        follow_arcs(relations, memory)
         params, gains = self._params, self._gains
         half_length, stop_radius = params.vessel.length / 2, params.task.slot_distance
+        if params.definition.has_goal and new.any():
+            plan_arcs(relations, new, memory, half_length, gains)
+        follow_arcs(relations, memory, gains)
         time_left = self._arrival_time - sensed.tick / params.clock.control
         push = push_steering(relations, memory, self._mean_speed, half_length, gains)
         approach = approach_steering(relations, memory, time_left, stop_radius, gains)
