@@ -50,6 +50,46 @@ def policy_files(tmp_path_factory):
     return folder
 
 
+@pytest.fixture
+def learned_files(tmp_path, monkeypatch):
+    """Folder of untrained policies with model cards, which are the policy `learned` here."""
+    from helpers import SEEN
+
+    from baselines.learned import policy_file
+    from baselines.learned.network import Metadata
+    from baselines.learned.phases import Phase
+    from baselines.rollout import seeds
+
+    def invented(task, began_with=None):
+        rng = np.random.default_rng(len(task))
+        layers = [(rng.normal(size=(n, m)), np.zeros(m)) for n, m in [(SEEN, 16), (16, 2)]]
+        card = {
+            "options": {
+                "task": task,
+                "init_from": began_with and "best.npz",
+                "worlds": {"scenarios": ["noisy", "nominal"], "teams": [4, 6]},
+                "imitation": {"rounds": 3},
+            },
+            "timesteps": 2_500_000,
+            "training_seeds": [seeds.TRAINING.start, seeds.TRAINING.start + 999_999],
+            "development": [
+                {"seconds": 660.0, "success": share, "median_time": 31.25} for share in (0.5, 1.0)
+            ],
+            "began_with": began_with,
+        }
+        return Phase(layers, Metadata(tasks=(task,), action_repeat=2)), card
+
+    folder = tmp_path / "weights"
+    folder.mkdir()
+    approach, approach_card = invented("approach")
+    push, push_card = invented("push", invented("push")[1])
+    policy_file.save(folder / "approach.npz", [approach], approach_card)
+    cards = {"phases": [approach_card, push_card]}
+    policy_file.save(folder / "transport.npz", [approach, push], cards)
+    monkeypatch.setattr(policy_file, "FOLDER", folder)
+    return folder
+
+
 @pytest.fixture(scope="session")
 def trained(tmp_path_factory):
     """Folder of a tiny training that has come to its end; tests leave it as it is."""

@@ -95,7 +95,7 @@ def test_a_network_observes_the_features_that_it_needs(mirrors):
     assert np.array_equal(actions[0], actions[2])
 
 
-def test_the_shipped_policies_run_where_boats_observe_something_else():
+def test_learned_policies_run_where_boats_observe_something_else(learned_files):
     actions = []
     for shown in (None, ("slot",)):
         params = make_params("transport", observation=shown)
@@ -112,7 +112,7 @@ def test_an_unknown_feature_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("task", [APPROACH, PUSH, TRANSPORT], ids=lambda task: task.name)
-def test_tasks_of_the_same_kind_are_served(task):
+def test_tasks_of_the_same_kind_are_served(task, learned_files):
     mine = make_params(replace(task, name="mine"))
     assert policy_file.learned_policy(mine)
     NetworkPolicy(LAYERS, Metadata(tasks=("mine",)), mine)

@@ -1,7 +1,6 @@
 """Rows of files, and the published results that follow from them."""
 
 import json
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,6 @@ from baselines.rollout.lock import locked
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs/results"
-PUBLISHED = sorted(path.parent.name for path in RESULTS.glob("*/episodes.csv"))
 SUITE = SUITES["plane-v2"]
 
 
@@ -134,10 +132,11 @@ def test_pages_show_the_numbers_of_the_rows(folder):
     assert "| two | 0.0% [0.0, 56.1] | −100.0 [" in conditions
 
 
-def test_a_report_that_differs_from_its_summary_is_written_again(folder):
+def write_summary(folder):
+    """Writes the summary of the rows, as the evaluation leaves it."""
     results = of_rows(SUITE, read_csv(folder / "plane-v2/episodes.csv"))
     provenance = {
-        "set of episodes": "a",
+        "set of episodes": SUITE.digest(),
         "state of the code": "b",
         "set of libraries": {"pymunk": "7"},
     }
@@ -151,6 +150,10 @@ def test_a_report_that_differs_from_its_summary_is_written_again(folder):
         **summarise(results),
     }
     (folder / "plane-v2/summary.json").write_text(json.dumps(summary))
+
+
+def test_a_report_that_differs_from_its_summary_is_written_again(folder):
+    write_summary(folder)
     (folder / "plane-v2/report.md").write_text("another report")
     command(folder)
     assert "Compared with one" in (folder / "plane-v2/report.md").read_text(encoding="utf-8")
@@ -169,27 +172,60 @@ def test_stale_pages_are_named_and_left_alone(folder):
         command(folder, "--check")
 
 
-def test_a_page_without_marks_and_a_folder_without_results_are_refused(folder):
+def test_pages_say_that_nothing_is_published_until_something_is(folder):
+    (folder / "plane-v2").rename(folder / "elsewhere")
+    with pytest.raises(SystemExit, match=r"elsewhere/episodes\.csv: unknown suite 'elsewhere'"):
+        command(folder, "--check")
+    (folder / "elsewhere/episodes.csv").rename(folder / "rows.csv")
+    command(folder)
+    command(folder, "--check")
+    for name in ("page.md", "README.md"):
+        page = (folder / name).read_text(encoding="utf-8")
+        assert pages.NOT_YET in page
+        assert "|" not in page
+    (folder / "elsewhere").rename(folder / "plane-v2")
+    (folder / "rows.csv").rename(folder / "plane-v2/episodes.csv")
+    with pytest.raises(SystemExit, match=r"stale: .*page\.md, .*README\.md"):
+        command(folder, "--check")
+    command(folder)
+    assert pages.NOT_YET not in (folder / "page.md").read_text(encoding="utf-8")
+
+
+def test_a_page_without_marks_and_a_folder_that_is_none_are_refused(folder):
     (folder / "page.md").write_text("nothing")
     with pytest.raises(SystemExit, match="the page needs a line"):
         command(folder)
-    shutil.rmtree(folder / "plane-v2")
-    with pytest.raises(SystemExit, match="no results of suites"):
-        command(folder)
+    with pytest.raises(SystemExit, match="nowhere does not exist"):
+        pages.main(["--results", str(folder / "nowhere"), "--page", str(folder / "page.md")])
 
 
-@pytest.mark.parametrize("name", PUBLISHED)
-def test_the_published_summary_is_that_of_the_published_rows(name):
-    summary = json.loads((RESULTS / name / "summary.json").read_text())
-    results = of_rows(SUITES[name], read_csv(RESULTS / name / "episodes.csv"))
-    assert summary["provenance"]["set of episodes"] == SUITES[name].digest()
-    assert summary["episodes"] == results.suite.episodes
-    for condition in results.suite.conditions:
-        for policy in results.policies:
-            found = summary["conditions"][condition.name]["policies"][policy]
-            assert found["success"]["value"] == results.success(condition.name, policy).mean()
-            distance = results.column(condition.name, policy, "min_position_error")
-            assert found["min_position_error"]["median"] == np.median(distance)
+def check_summaries(folder):
+    """Every published summary is that of the published rows."""
+    for results in pages.read(folder):
+        suite = results.suite
+        summary = json.loads((folder / suite.name / "summary.json").read_text())
+        assert summary["provenance"]["set of episodes"] == suite.digest()
+        assert summary["episodes"] == suite.episodes
+        for condition in suite.conditions:
+            for policy in results.policies:
+                found = summary["conditions"][condition.name]["policies"][policy]
+                assert found["success"]["value"] == results.success(condition.name, policy).mean()
+                distance = results.column(condition.name, policy, "min_position_error")
+                assert found["min_position_error"]["median"] == np.median(distance)
+
+
+def test_the_published_summaries_are_those_of_the_published_rows():
+    check_summaries(RESULTS)
+
+
+def test_a_summary_of_other_rows_is_noticed(folder):
+    write_summary(folder)
+    check_summaries(folder)
+    file = folder / "plane-v2/episodes.csv"
+    rows = read_csv(file)
+    write_csv(file, [replace(rows[0], success=False, cause="strayed"), *rows[1:]])
+    with pytest.raises(AssertionError):
+        check_summaries(folder)
 
 
 def test_the_pages_of_this_repository_are_not_stale(monkeypatch):

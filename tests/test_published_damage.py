@@ -119,10 +119,16 @@ def test_a_folder_in_use_is_refused_and_one_without_results_is_left_alone(folder
     assert not (folder / "run").exists()
 
 
+def publish(folder):
+    """Makes one of the runs the published results of its suite."""
+    shutil.rmtree(folder / "run")
+    (folder / "published").rename(folder / SUITE.name)
+
+
 def test_a_report_that_a_summary_does_not_fit_names_it(folder):
     page = folder / "page.md"
     page.write_text(f"{pages.START}\n{pages.END}\n")
-    (folder / "published").rename(folder / SUITE.name)
+    publish(folder)
     file = folder / SUITE.name / "summary.json"
     summary = json.loads(file.read_text())
     file.write_text(json.dumps({**summary, "conditions": {"nominal": {}}}))
@@ -135,7 +141,7 @@ def test_a_report_that_a_summary_does_not_fit_names_it(folder):
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"no marks"])
 def test_a_page_that_cannot_be_used_is_named(content, folder):
-    (folder / "published").rename(folder / SUITE.name)
+    publish(folder)
     page = folder / "page.md"
     page.write_bytes(content)
     with pytest.raises(SystemExit, match=r"page\.md"):

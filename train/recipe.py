@@ -1,4 +1,4 @@
-"""The recipe of the policies that are part of this package: ``python -m train.recipe``.
+"""A recipe of learned policies: ``python -m train.recipe``.
 
 Several trainings, some of which begin with what the one before them has learned. At the end
 networks that approach the vessel and networks that push it are joined: ``transport.npz`` is a
@@ -113,7 +113,7 @@ TRAININGS = {
 
 
 def follow(seed: int = 0, out: FilePath | None = None, torch_threads: int = 2) -> None:
-    """Train the policies that are part of this package, but for what is trained already.
+    """Train policies like those of this package, but for what is trained already.
 
     Args:
         seed: Seed of the trainings.

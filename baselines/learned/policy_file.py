@@ -7,8 +7,7 @@ where the policy comes from (options, steps, seeds, scores) in any form.
 
 Nothing in it is code: a file from a stranger can be read safely.
 
-The files in ``FOLDER`` are the policy ``learned``. ``train`` made them; ``docs/learned.md``
-describes what they do and where they fail.
+The files in ``FOLDER``, where there are any, are the policy ``learned``; see ``docs/learned.md``.
 """
 
 import hashlib
@@ -119,8 +118,19 @@ def file_for(task: Task) -> Path:
 
 
 def learned_policy(params: EnvParams) -> Policy:
-    """Returns this package's policy for the task of an environment; see ``load``."""
-    return load(file_for(params.definition), params)
+    """Returns this package's policy for the task of an environment; see ``load``.
+
+    Raises:
+        FileNotFoundError: the package has none for the task.
+    """
+    file = file_for(params.definition)
+    if not file.exists():
+        raise FileNotFoundError(
+            f"the package has no {file.name} yet: train a policy (`python -m train --task approach`"
+            ", `--task push`; docs/learned.md joins them) and give its file, such as "
+            "runs/train/push-sb3-0/best.npz, instead of 'learned'"
+        )
+    return load(file, params)
 
 
 def fingerprint() -> str:

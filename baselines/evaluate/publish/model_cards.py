@@ -10,18 +10,20 @@ from baselines.evaluate.tables.formats import share
 from baselines.evaluate.tables.table import grid
 from baselines.learned import policy_file
 
+TITLE = "# The learned policies"
 INTRODUCTION = """\
-# The learned policies
-
-`learned` in the comparison. The files hold numbers only and run without torch. This page is written
-by `python -m baselines.evaluate.publish` from the metadata of the files; their results on the
-suites are in [docs/results](../../../docs/results/README.md), what they do differently and where
-they fail in [docs/learned.md](../../../docs/learned.md). `python -m train.recipe` makes such files.
+The files in this folder are `learned` in the comparison. They hold numbers only and run without
+torch. This page is written by `python -m baselines.evaluate.publish` from the metadata of the
+files; their results on the suites are in [docs/results](../../../docs/results/README.md), how such
+files are made in [docs/learned.md](../../../docs/learned.md).
 
 A *step* is a decision of a single boat. *Success* and *time* (median) are those of the last
 evaluation on development seeds, in the task of that training, noisy first; of many combinations of
-team and scenario, the median and the range. A file in the second column had no model card: what is
-known of it is in [docs/training](../../../docs/training/README.md).
+team and scenario, the median and the range. A file in the second column had no model card.
+"""
+NOT_YET = """\
+This folder is for the files of the policy `learned`, and holds none yet:
+[docs/learned.md](../../../docs/learned.md) tells how to train them.
 """
 MOST = 5  #: largest number of evaluations that are listed one by one
 HEADS = (
@@ -32,8 +34,9 @@ HEADS = (
 
 def page(folder: Path) -> str:
     """Returns the model cards of all policy files in a folder, in Markdown."""
-    parts = [INTRODUCTION.strip()]
-    for file in sorted(folder.glob(f"*{policy_file.SUFFIX}")):
+    files = sorted(folder.glob(f"*{policy_file.SUFFIX}"))
+    parts = [TITLE, (INTRODUCTION if files else NOT_YET).strip()]
+    for file in files:
         tasks = [name.capitalize() for name, t in TASKS.items() if policy_file.file_for(t) == file]
         parts += [f"## {file.name}", f"For {' and '.join(tasks)}; {file.stat().st_size:,} bytes."]
         for card in of_networks(file):
@@ -56,9 +59,8 @@ def trainings(card: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _line(card: dict[str, Any]) -> list[str]:
     options, scores = card["options"], card["development"]
-    worlds = options.get("worlds", options)  # older trainings have options without sections
-    imitation = options.get("imitation", {"rounds": options.get("imitation_rounds")})
-    begins = "imitation of `scripted`" if imitation["rounds"] else "nothing"
+    worlds = options["worlds"]
+    begins = "imitation of `scripted`" if options["imitation"]["rounds"] else "nothing"
     if options["init_from"]:
         begins = "the one above" if card.get("began_with") else f"`{options['init_from']}`"
     first, last = card["training_seeds"]

@@ -1,7 +1,7 @@
 """Writes the published results onto pages: ``python -m baselines.evaluate.publish``.
 
-Every number follows from the ``episodes.csv`` of the suites. With ``--check`` nothing is written,
-and stale pages are an error.
+Every number follows from the ``episodes.csv`` of the suites; where there are none, the pages say
+so. With ``--check`` nothing is written, and stale pages are an error.
 """
 
 import sys
@@ -15,6 +15,7 @@ import numpy as np
 import tyro
 
 from asv_env import files
+from asv_env.checks import choice
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.conditions import Condition
@@ -31,15 +32,18 @@ from baselines.rollout.lock import locked
 PROGRAM = "python -m baselines.evaluate.publish"
 FOLDER = "docs/results"
 HEADS = ("condition", "what it is", "policy", "success", "difference", "distance [cm]", "time [s]")
+TITLE = "# Results on the suites"
 INTRODUCTION = f"""\
-# Results on the suites
-
 Written by `{PROGRAM}` from the `episodes.csv` of each suite. *Success* is
 the success rate with its 95 % interval, in per cent. *Difference* is the success rate minus that of
 the first policy on the same episodes, in percentage points. *Distance* is the median of the
 smallest distance to the goal; *time* is the median time of the successful episodes. The folder of
 each suite also holds the report of its run (`report.md`).
 """
+OVERVIEW = (
+    "Mean success rate of each policy over the conditions of a suite, and its worst condition:"
+)
+NOT_YET = "Published results of the scripted and the learned policies follow with the new worlds."
 START = f"<!-- results: what follows is written by {PROGRAM} -->"
 END = "<!-- results: up to here -->"
 
@@ -54,17 +58,26 @@ class Options:
 
 
 def read(folder: Path) -> list[Results]:
-    """Returns the results of all suites in a folder, one or more, in the order of ``SUITES``."""
+    """Returns the results of all suites in a folder, in the order of ``SUITES``."""
     return [_results(name, path) for name, path in _files(folder).items()]
 
 
 def _files(folder: Path) -> dict[str, Path]:
-    """Returns the episodes of all suites in a folder, by suite."""
-    paths = {name: folder / name / "episodes.csv" for name in SUITES}
-    found = {name: path for name, path in paths.items() if path.exists()}
-    if not found:
-        raise FileNotFoundError(f"{folder} holds no results of suites: run some with --out there")
-    return found
+    """Returns the episodes of all suites in a folder, by suite.
+
+    Raises:
+        FileNotFoundError: there is no such folder.
+        ValueError: it holds results of something else, such as a suite of an old name.
+    """
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder} does not exist: give the folder of the results")
+    found = {path.parent.name: path for path in folder.glob("*/episodes.csv")}
+    for name, path in found.items():
+        try:
+            choice("suite", name, SUITES)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
+    return {name: found[name] for name in SUITES if name in found}
 
 
 def _results(suite: str, file: Path) -> Results:
@@ -110,6 +123,8 @@ def _overview_in(text: str, page: Path, published: Sequence[Results]) -> str:
 
 def overview(published: Sequence[Results]) -> str:
     """Returns a table with a line a suite: every policy's mean success and worst condition."""
+    if not published:
+        return NOT_YET
     policies = list(dict.fromkeys(policy for results in published for policy in results.policies))
     lines = [
         [
@@ -119,7 +134,8 @@ def overview(published: Sequence[Results]) -> str:
         ]
         for results in published
     ]
-    return grid(["suite", "conditions × episodes", *policies], lines, left=("suite",))
+    table = grid(["suite", "conditions × episodes", *policies], lines, left=("suite",))
+    return f"{OVERVIEW}\n\n{table}"
 
 
 def _overall(results: Results, policy: str) -> str:
@@ -133,7 +149,7 @@ def _overall(results: Results, policy: str) -> str:
 
 def page(published: Sequence[Results]) -> str:
     """Returns all conditions of all suites, in Markdown."""
-    parts = [INTRODUCTION.strip()]
+    parts = [TITLE, INTRODUCTION.strip() if published else NOT_YET]
     for results in published:
         suite, policies = results.suite, results.policies
         lines = [_line(results, condition, p) for condition in suite.conditions for p in policies]
