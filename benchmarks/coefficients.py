@@ -1,0 +1,251 @@
+"""Hydrodynamic coefficients of the nominal hulls: ``python benchmarks/coefficients.py``.
+
+Each coefficient is derived from the geometry by strip theory, from a cited drag coefficient, from
+published craft, or from one datum of each hull, and rounded: the defaults of ``BoatParams`` and
+``VesselParams`` are these numbers. ``docs/physics.md`` explains every line.
+
+The free surface is a rigid lid (the low-frequency limit), so that a hull of draft T has half the
+added mass of the double body of height 2 T.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import elliprd
+
+from asv_env.geometry import polygon_gyration
+from asv_env.params import BoatParams, VesselParams
+from baselines.rollout.commands import command, say
+
+DENSITY = 1000.0  #: of fresh water, kg/m^3
+VISCOSITY = 1.0e-6  #: kinematic, of fresh water at 20 degrees Celsius, m^2/s
+
+BOAT_DRAFT = 0.016  #: m
+TOP_SPEED = 0.229  #: of the boat at full thrust of both motors, m/s
+BOAT_FORM_DRAG = 0.5
+"""Surge drag coefficient of the boat on its frontal area.
+
+Between a blunt prism along the flow (0.87 at four diameters) and a rounded nose (0.2 to 0.3):
+White, Fluid Mechanics, table 7.3; Hoerner, Fluid-Dynamic Drag, chapter 3.
+"""
+YAW_TIME = 0.45  #: yaw time constant of the boat, s: that of CyberShip II at 12 cm
+
+COAST = (0.04, 0.20)  #: the paper's datum: the vessel coasts sideways from m/s over m
+PRISM_DRAG = 0.9
+"""Drag coefficient of the sharp-edged plank across or along its length.
+
+Rectangular prisms that are long in the flow: 0.9 at six heights (White, table 7.2); ends 0.87 to
+0.99 at four to eight diameters (table 7.3).
+"""
+PLATE_DRAG = 1.2  #: drag coefficient of a fin across the flow, a plate of few heights (table 7.3)
+FIN_DEPTH = 0.02  #: of the two cross fins below the bottom of the vessel, m
+
+RECTANGLE = (
+    (0.1, 2.23), (0.2, 1.98), (0.5, 1.70), (1.0, 1.51), (2.0, 1.36), (5.0, 1.21), (10.0, 1.14),
+)  # fmt: skip
+"""Height over length in the flow of a rectangle, and its added mass over pi rho (height / 2)^2.
+
+DNV-RP-C205, appendix D, table D-1; Newman, Marine Hydrodynamics, table 4.3.
+"""
+PLATE = ((1.0, 0.579), (1.25, 0.642), (1.59, 0.704), (2.0, 0.757), (2.5, 0.801), (3.17, 0.840),
+         (4.0, 0.872), (5.0, 0.897), (6.25, 0.917), (8.0, 0.934), (10.0, 0.947))  # fmt: skip
+"""Aspect ratio of a plate across the flow, and its added mass over that of strips (table D-2)."""
+CROSS_FLOW = (
+    (0.99, 0.828), (1.31, 0.760), (1.64, 0.691), (1.86, 0.657), (2.31, 0.631), (2.60, 0.596),
+    (3.01, 0.587), (3.45, 0.586), (3.74, 0.560), (4.00, 0.559),
+)  # fmt: skip
+"""B / 2T of a ship's section, and its cross-flow drag coefficient.
+
+Hoerner's curve as digitised in Fossen, Handbook, 2nd edition, figure 6.5, and his MSS toolbox.
+"""
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """What is derived for a hull; the fields are those of ``HullParams``, in SI units."""
+
+    added_mass: tuple[float, float]
+    added_inertia: float
+    surge: tuple[float, float]
+    sway: tuple[float, float]
+    yaw: tuple[float, float]
+
+
+def interpolated(table: tuple[tuple[float, float], ...], ratio: float) -> float:
+    """Returns a value of a table, linear in the logarithm of its first column."""
+    ratios, values = np.transpose(table)
+    return float(np.interp(math.log(ratio), np.log(ratios), values))
+
+
+def lewis_sway(beam: float, draft: float, fullness: float) -> float:
+    """Returns the added mass in sway of a Lewis section, kg/m.
+
+    The section is the image of a circle under z = M (s + a1 / s + a3 / s^3). The low-frequency
+    added mass is that of the double body (Landweber and Macagno 1957; Newman, section 4.13).
+
+    Args:
+        beam: m.
+        draft: m.
+        fullness: area of the section over beam times draft.
+    """
+    slender = (beam / (2 * draft) - 1) / (beam / (2 * draft) + 1)
+    area = 4 * fullness / math.pi
+    c = 3 + area + (1 - area) * slender**2
+    a3 = (3 - c + math.sqrt(9 - 2 * c)) / c
+    a1 = (1 + a3) * slender
+    shape = ((1 - a1) ** 2 + 3 * a3**2) / (1 - a1 + a3) ** 2
+    return DENSITY * math.pi / 2 * draft**2 * shape
+
+
+def rectangle_sway(beam: float, draft: float) -> float:
+    """Returns the added mass in sway of a rectangular section, kg/m."""
+    return DENSITY * math.pi / 2 * draft**2 * interpolated(RECTANGLE, 2 * draft / beam)
+
+
+def plate_mass(breadth: float, height: float) -> float:
+    """Returns the added mass of a submerged plate across the flow, kg; ``breadth`` is longer."""
+    strips = DENSITY * math.pi / 4 * height**2 * breadth
+    return strips * interpolated(PLATE, breadth / height)
+
+
+def end_factors(length: float, beam: float, draft: float) -> tuple[float, float, float]:
+    """Returns what the flow round the ends does to strip theory.
+
+    It is taken from the ellipsoid with the axes of the double body (Lamb, Hydrodynamics,
+    articles 114 and 115), as Lewis and Taylor did.
+
+    Returns:
+        Added mass in surge over the displaced mass, and added mass in sway and added inertia in
+        yaw over those of strips.
+    """
+    a, b, c = length / 2, beam / 2, draft
+    alpha = 2 / 3 * a * b * c * float(elliprd(b * b, c * c, a * a))
+    beta = 2 / 3 * a * b * c * float(elliprd(a * a, c * c, b * b))
+    surge, sway = alpha / (2 - alpha), beta / (2 - beta)
+    difference, total = a * a - b * b, a * a + b * b
+    turn = difference**2 * (beta - alpha) / (2 * difference + total * (alpha - beta))
+    # Displaced masses over those of strips, both of the ellipsoid.
+    return surge, sway * b / c, turn * b / (c * a * a)
+
+
+def friction(length: float, speed: float, area: float) -> float:
+    """Returns laminar skin friction over speed, kg/s: Blasius, 1.328 over the root of Reynolds."""
+    reynolds = speed * length / VISCOSITY
+    return 0.5 * DENSITY * speed * area * 1.328 / math.sqrt(reynolds)
+
+
+def boat(hull: BoatParams) -> Coefficients:
+    """Returns the coefficients of a boat of the nominal kind, with its draft and top speed."""
+    length, beam, draft = hull.length, hull.width, BOAT_DRAFT
+    waterplane = length * beam - hull.bow * (beam - hull.bow) / 2
+    fullness = hull.mass / (DENSITY * waterplane * draft)  # Archimedes
+    section = lewis_sway(beam, draft, fullness)
+    ahead, sway_ends, yaw_ends = end_factors(length, beam, draft)
+    added_inertia = yaw_ends * section * length**3 / 12
+
+    form = 0.5 * DENSITY * BOAT_FORM_DRAG * beam * draft
+    linear = 2 * hull.thrust / TOP_SPEED - form * TOP_SPEED
+    across = 0.5 * DENSITY * interpolated(CROSS_FLOW, beam / (2 * draft)) * draft
+    dry = hull.inertia
+    if dry is None:
+        dry = hull.mass * polygon_gyration(hull.outline)
+    return Coefficients(
+        added_mass=(ahead * hull.mass, sway_ends * section * length),
+        added_inertia=added_inertia,
+        surge=(linear, form),
+        sway=(linear * math.sqrt(length / beam), across * length),
+        yaw=((dry + added_inertia) / YAW_TIME, across * length**4 / 32),
+    )
+
+
+def vessel(hull: VesselParams) -> Coefficients:
+    """Returns the coefficients of a plank with cross fins; its draft follows from its mass."""
+    length, beam = hull.length, hull.width
+    draft = hull.mass / (DENSITY * length * beam)
+    section = rectangle_sway(beam, draft)
+    _, sway_ends, yaw_ends = end_factors(length, beam, draft)
+    sway_mass = sway_ends * section * length
+    bare, fins = end_masses(beam, draft)
+
+    across = 0.5 * DENSITY * PRISM_DRAG * draft
+    speed, distance = COAST
+    exponent = distance * across * length / (hull.mass + sway_mass)
+    linear = speed * across * length / math.expm1(exponent)
+    fin_moment = 0.5 * DENSITY * PLATE_DRAG * 2 * FIN_DEPTH * beam**4 / 32
+    return Coefficients(
+        added_mass=(bare + fins, sway_mass),
+        added_inertia=yaw_ends * section * length**3 / 12 + fins * beam**2 / 12,
+        surge=(linear * math.sqrt(beam / length), across * beam),
+        sway=(linear, across * length),
+        yaw=(linear * length**2 / 12, across * length**4 / 32 + fin_moment),
+    )
+
+
+def end_masses(beam: float, draft: float) -> tuple[float, float]:
+    """Returns the added mass in surge of the vessel's ends without fins, and that of the fins, kg.
+
+    The outer faces of both ends together are a plate from the surface to the bottom of the fins,
+    mirrored at the surface; the inner faces are the fins, mirrored at the bottom of the hull.
+    """
+    bare = plate_mass(beam, 2 * draft) / 2
+    outer = plate_mass(beam, 2 * (draft + FIN_DEPTH)) / 2
+    inner = plate_mass(beam, 2 * FIN_DEPTH) / 2
+    return bare, outer + inner - bare
+
+
+def fin_drag(beam: float) -> float:
+    """Returns the quadratic surge drag of both fins, kg/m."""
+    return 0.5 * DENSITY * PLATE_DRAG * 2 * FIN_DEPTH * beam
+
+
+def rounded(number: float, digits: int = 2) -> float:
+    """Returns a number with so many significant digits."""
+    return float(f"{number:.{digits - 1}e}")
+
+
+def defaults(derived: Coefficients) -> dict[str, float | tuple[float, float]]:
+    """Returns the derived coefficients as the parameters have them, with two digits.
+
+    Linear drag in surge and sway is what closes a datum, and has three.
+    """
+    pairs = {
+        name: (rounded(linear, 2 if name == "yaw" else 3), rounded(quadratic))
+        for name in ("surge", "sway", "yaw")
+        for linear, quadratic in [getattr(derived, name)]
+    }
+    ahead, across = derived.added_mass
+    return {
+        "added_mass": (rounded(ahead), rounded(across)),
+        "added_inertia": rounded(derived.added_inertia),
+        **pairs,
+    }
+
+
+CRAFT = {"CyberShip II": (1.255, 2.76, 1.9), "Otter": (2.0, 54.0, 54.0)}
+"""Published craft: length, m, inertia with added inertia, kg m^2, linear yaw damping, N m s."""
+
+
+def yaw_times(length: float) -> dict[str, float]:
+    """Returns the linear yaw time constants, s, of published craft scaled by Froude to a length."""
+    return {
+        name: inertia / damping * math.sqrt(length / size)
+        for name, (size, inertia, damping) in CRAFT.items()
+    }
+
+
+def table() -> None:
+    """Print the coefficients, as derived and as the parameters have them."""
+    for name, derived in (("boat", boat(BoatParams())), ("vessel", vessel(VesselParams()))):
+        say(f"| {name} | derived | parameter |\n|---|---|---|")
+        for field, value in defaults(derived).items():
+            exact = np.atleast_1d(getattr(derived, field))
+            say(f"| `{field}` | {', '.join(f'{number:.4g}' for number in exact)} | `{value}` |")
+    times = ", ".join(f"{name} {time:.2f} s" for name, time in yaw_times(0.12).items())
+    say(f"Yaw time constants scaled to 12 cm: {times}")
+
+
+main = command(table, "python benchmarks/coefficients.py")
+
+if __name__ == "__main__":
+    main()
