@@ -103,6 +103,7 @@ POLICIES: Registry[MakePolicy] = Registry(
     {
         "scripted": "baselines.scripted.scripted_policy:ScriptedPolicy",
         "paper": "baselines.paper.paper_policy:PaperPolicy",
+        "paper-tuned": "baselines.paper.tuned:tuned_paper",
         "learned": "baselines.learned.policy_file:learned_policy",
         "idle": Idle,
         "random": Random,

@@ -51,6 +51,7 @@ ROOMS = {
     "baselines.scripted": {*WORLD, "baselines.policy", "baselines.mirror", "baselines.paper"},
     "baselines.learned": {*WORLD, *POLICIES},
     # what is made with them
+    "baselines.paper.tune": {*RUN},
     "baselines.rollout": {*WORLD, *POLICIES},
     EVALUATE: RUN,
     f"{EVALUATE}.tables": {*RUN, EVALUATE},

@@ -66,6 +66,14 @@ def test_comments_and_docstrings_do_not_count(tree):
     assert not edited(tree, "baselines/scripted/grasp_controller.py", explain)
 
 
+def test_values_in_a_file_of_a_modules_own_count(tree):
+    def tuned(text):
+        return text.replace('"sigma": ', '"sigma": 1')
+
+    assert edited(tree, "baselines/paper/tuned.json", tuned)
+    assert not edited(tree, "baselines/paper/tuned.json", lambda text: f"{text}\n\n")
+
+
 def test_a_part_that_is_moved_is_followed(tree):
     """A new module counts as soon as something that counts imports it, even as a string."""
     (tree / "baselines/scripted/gripper.py").write_text("FORCE = 1.0\n")

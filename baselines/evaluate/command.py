@@ -35,9 +35,10 @@ class Options:
     """
 
     policies: tuple[str, ...] = ("scripted",)
-    """scripted, paper, learned, idle, random; a policy file (.npz), a stable-baselines3 model
-    (.zip), or module:Class. NAME=WORD gives it another name, NAME=WORD,WORD,... is one policy that
-    was trained several times. The others are compared with the first"""
+    """scripted, paper, paper-tuned, learned, idle, random; a policy file (.npz), a
+    stable-baselines3 model (.zip), or module:Class. NAME=WORD gives it another name,
+    NAME=WORD,WORD,... is one policy that was trained several times. The others are compared with
+    the first"""
     trust_pickles: bool = False
     """read stable-baselines3 models; doing so runs whatever code is in them"""
     suite: str | None = None

@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+import json
 import os
 import re
 import subprocess
@@ -48,7 +49,8 @@ def code(*modules: str, tree: Path | None = None) -> str:
 def dependencies(modules: Sequence[str], tree: Path | None = None) -> dict[str, str]:
     """Returns the instructions of modules and of all that they import, by dotted name.
 
-    A package's ``__init__`` counts where a name is imported from it that is not a module.
+    A package's ``__init__`` counts where a name is imported from it that is not a module. Values
+    that a module reads from a JSON file of its own name beside it belong to its instructions.
     """
     found: dict[str, str] = {}
     waiting = [one for name in modules for one in _inside(name, tree)]
@@ -58,6 +60,7 @@ def dependencies(modules: Sequence[str], tree: Path | None = None) -> dict[str, 
         if file is not None and name not in found:
             package = name if file.name == "__init__.py" else name.rpartition(".")[0]
             found[name], imports = _read(file.read_bytes(), package)
+            found[name] += _values(name, tree)
             for imported in imports:  # a module, or a name in one
                 waiting.append(imported if _file(imported, tree) else imported.rpartition(".")[0])
     return found
@@ -95,6 +98,14 @@ def _file(name: str, tree: Path | None) -> Traversable | None:
     folder = _root(package, tree).joinpath(*folders)
     files = (folder / f"{last}.py", folder.joinpath(last) / "__init__.py")
     return next((file for file in files if file.is_file()), None)
+
+
+def _values(name: str, tree: Path | None) -> str:
+    """Returns the values in the JSON file of a module's own name beside it, if there is one."""
+    package, *names = name.split(".")
+    *folders, last = names or [""]
+    file = _root(package, tree).joinpath(*folders, f"{last}.json")
+    return repr(json.loads(file.read_text(encoding="utf-8"))) if file.is_file() else ""
 
 
 class _WithoutTexts(ast.NodeTransformer):

@@ -1,0 +1,90 @@
+"""The tuned paper's controller, and the command that tunes it."""
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+
+from asv_env import Simulation, make_params
+from asv_env.types import copied
+from baselines.paper import tune, tuned, two_arc
+from baselines.paper.paper_numbers import GAINS, PaperGains
+from baselines.policy import POLICIES
+from baselines.rollout import runner
+
+FEW = ["--generations", "1", "--population", "3", "--elite", "2", "--episodes", "2"]
+
+
+def test_the_first_turn_is_that_of_the_shortest_legal_path_of_every_goal():
+    params = make_params("push")
+    goals = [(0.5, -0.9, 0.4), (-0.7, 0.5, 2.0), (0.2, -0.6, 0.0), (1.0, 0.1, -1.5)]
+    gains = tuned.tuned_gains()
+    assert gains.alpha1 is None
+    simulation = Simulation(params, len(goals))
+    simulation.reset(seeds=range(len(goals)))
+    sensed = copied(simulation.sensed)
+    sensed.goal[:] = goals
+    policy = POLICIES["paper-tuned"](params)
+    _, memory = policy.act(sensed, np.empty(0), None, np.ones(len(goals), dtype=bool))
+    radius = gains.min_radius * params.vessel.length / 2
+    path = two_arc.shortest(goals, radius)
+    np.testing.assert_allclose(memory.length, path.length, atol=1e-6)
+    assert two_arc.feasible(path, radius).all()
+    assert np.abs(memory.rho).min() >= radius * (1 - 1e-6)
+
+
+@pytest.mark.parametrize("delivery", ["holding", "passing"])
+@pytest.mark.parametrize("policy", ["paper", "paper-tuned"])
+def test_both_policies_run_by_either_criterion(policy, delivery):
+    options = {"delivery": delivery} if hasattr(make_params().task, "delivery") else {}
+    params = make_params("push", time_limit=3.0, **options)
+    (log,) = runner.run(POLICIES[policy], params, [0], 1)
+    assert log.episode.error is None
+
+
+def test_the_search_writes_gains_and_resumes(tmp_path, monkeypatch):
+    monkeypatch.setattr(tune, "TIME_LIMIT", 2.0)
+    result = tmp_path / "tuned.json"
+    arguments = [*FEW, "--checked", "1", "--out", str(tmp_path), "--result", str(result)]
+    shorter = {"time_limit": 2.0}
+    make = tune.make_params
+    monkeypatch.setattr(tune, "make_params", lambda *a, **k: make(*a, **{**shorter, **k}))
+    tune.main(arguments)
+    first = json.loads(result.read_text())
+    gains = PaperGains(**first["gains"])
+    searched = {name for stage in tune.STAGES for name in stage.names}
+    fixed = {name for name in asdict(gains) if name not in searched}
+    assert fixed == {"alpha1"}
+    assert gains != replace(tune.START)
+    kept = (tmp_path / tune.LOG).read_text()
+    monkeypatch.setattr(tune.runner, "run", lambda *a: pytest.fail("a score was computed again"))
+    monkeypatch.setattr(tune, "check", lambda *a: {})
+    tune.main(arguments)
+    assert (tmp_path / tune.LOG).read_text() == kept
+    assert json.loads(result.read_text())["gains"] == first["gains"]
+
+
+def test_seeds_that_are_not_for_development_are_refused(tmp_path):
+    with pytest.raises(SystemExit, match="not for development"):
+        tune.main(["--seed", "0", "--out", str(tmp_path), "--result", str(tmp_path / "t.json")])
+
+
+def test_scores_against_a_case_worked_by_hand():
+    params = make_params("push", time_limit=100.0)
+    rows = [log.episode for log in runner.run(POLICIES["idle"], replace_time(params), [0, 1], 2)]
+    near = replace(rows[0], success=True, duration=25.0)
+    near = replace(near, min_position_error=0.05, heading_error_at_min=0.0)
+    far = replace(rows[1], success=False, min_position_error=0.05, heading_error_at_min=-0.1)
+    closeness = (1 / 2 + 1 / 3) / 2
+    assert tune.push_score([near, far], params) == pytest.approx(0.5 + tune.CLOSENESS * closeness)
+    assert tune.approach_score([near, far], params) == pytest.approx(0.75 / 2)
+
+
+def replace_time(params):
+    """The same parameters with a time limit of a moment."""
+    return replace(params, task=replace(params.task, time_limit=0.2))
+
+
+def test_the_paper_as_printed_stays():
+    assert (GAINS.alpha1, GAINS.stop_distance, GAINS.switch_distance) == (1.0, 0.2, 0.0)
