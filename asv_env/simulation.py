@@ -15,7 +15,7 @@ from asv_env.checks import Whole, called
 from asv_env.geometry import plane, wrap, xy
 from asv_env.numerics import numerics
 from asv_env.params import EnvParams
-from asv_env.physics import water
+from asv_env.physics import threads, water
 from asv_env.physics.dynamics import Dynamics
 from asv_env.sensing import observation
 from asv_env.sensing.sensors import Sensors
@@ -41,7 +41,6 @@ from asv_env.types import (
     rows,
 )
 
-WORLDS_PER_SPACE = 128  #: number of worlds that share a Pymunk Space by default
 MOST_WORLDS = 1_000_000  #: largest number of worlds
 SITUATION = tuple(f.name for f in fields(Situation))  #: names of what boats know exactly
 REMEMBERED = (
@@ -64,8 +63,8 @@ class Simulation:
     Args:
         params: Parameters of the environment, the task among them; see ``presets.make_params``.
         num_worlds: W.
-        worlds_per_space: Number of worlds that share a Pymunk Space. 128 is fastest; with 1 every
-            world computes at the origin and its results do not depend on the batch.
+        num_threads: Number of threads over which the worlds' physics is spread; None takes all
+            cores for large batches and one thread for small ones. Results do not depend on it.
         initial_states: Distribution of initial states that replaces the task's, such as a
             curriculum.
     """
@@ -74,16 +73,16 @@ class Simulation:
         self,
         params: EnvParams,
         num_worlds: int = 1,
-        worlds_per_space: int = WORLDS_PER_SPACE,
+        num_threads: int | None = None,
         initial_states: InitialStates | None = None,
     ) -> None:
         worlds = Whole(1, MOST_WORLDS)
         self.params = params
         self.num_worlds = worlds.checked("num_worlds", num_worlds)
-        self.worlds_per_space = worlds.checked("worlds_per_space", worlds_per_space)
+        self.num_threads = threads.checked(num_threads, self.num_worlds)
         self._task: Task = params.definition
         self._initial_states = initial_states or self._task.initial_states
-        self._dynamics = Dynamics(params, self.num_worlds, self.worlds_per_space)
+        self._dynamics = Dynamics(params, self.num_worlds, self.num_threads)
         self._sensors = Sensors(params, self.num_worlds)
         self._features = observation.features(params)
         self._rngs: dict[int, np.random.Generator] = {}
@@ -106,6 +105,7 @@ class Simulation:
             side=np.ones(worlds),
             touching=np.zeros((worlds, team, 2), dtype=np.bool_),
             closed=none,
+            contact_force=np.zeros((worlds, team)),
             occupied_ticks=np.zeros(worlds, dtype=np.int64),
             anchored=none,
         )
@@ -198,6 +198,7 @@ class Simulation:
         state.thrust[world] = 0.0
         state.working[world] = True
         state.touching[world] = False
+        state.contact_force[world] = 0.0
         state.side[world] = start.side
         state.closed[world] = grasped
         state.anchored[world] = grasped or self.params.task.goal_anchor == "world"
@@ -249,8 +250,11 @@ class Simulation:
     def _move(self, command: Float) -> State:
         """Physics and sensing of one control step; returns the state after it."""
         clock, before = self.params.clock, self._state
+        command = self._dynamics.delayed(command)
+        force = np.zeros(before.working.shape)
         for _ in range(clock.sensing // clock.control):
             motion = self._dynamics.advance(command, before.working, clock.physics // clock.sensing)
+            force += self._dynamics.basin.bodies.contact_force
             motion[..., 2] = wrap(motion[..., 2])
             motion.setflags(write=False)
             self._sensors.sense(motion)
@@ -262,8 +266,9 @@ class Simulation:
             **vars(before),
             "tick": before.tick + 1,
             "motion": motion,
-            "thrust": self._dynamics.motors.thrust.copy(),
-            "touching": self._dynamics.basin.touching(),
+            "thrust": self._dynamics.plant.motors.thrust.copy(),
+            "touching": self._dynamics.basin.bodies.touching.copy(),
+            "contact_force": force / (clock.sensing // clock.control),
             "closed": formation.closure(
                 self._relations, formed, before.closed, before.working, task
             ),
@@ -333,7 +338,7 @@ class Simulation:
         """
         own = {name: vars(self)[name] for name in REMEMBERED}
         memory = pickle.dumps((own, self._sensors.snapshot(), self._dynamics.snapshot()))
-        return Snapshot(self.params, self.num_worlds, self.worlds_per_space, memory)
+        return Snapshot(self.params, self.num_worlds, memory)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Returns to a snapshot, this simulation's or that of one with the same arguments.
@@ -348,7 +353,7 @@ class Simulation:
             raise TypeError(
                 f"restore: {shown(snapshot)} is not a Snapshot, as ``snapshot()`` returns"
             )
-        for name in ("num_worlds", "worlds_per_space", "params"):
+        for name in ("num_worlds", "params"):
             mine, other = getattr(self, name), getattr(snapshot, name)
             if mine != other:
                 raise ValueError(
@@ -362,11 +367,12 @@ class Simulation:
         self._dynamics.restore(dynamics)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"initial_states": self._initial_states, "snapshot": self.snapshot()}
+        own = {"initial_states": self._initial_states, "num_threads": self.num_threads}
+        return {**own, "snapshot": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         snapshot, initial_states = state["snapshot"], state["initial_states"]
-        shape = snapshot.num_worlds, snapshot.worlds_per_space
+        shape = snapshot.num_worlds, state["num_threads"]
         Simulation.__init__(self, snapshot.params, *shape, initial_states)
         self.restore(snapshot)
 

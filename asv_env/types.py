@@ -74,6 +74,8 @@ class State(Situation):
 
     motion: Float  #: (W, B, 6) x m, y m, heading rad, vx m/s, vy m/s, yaw rate rad/s; world frame
     thrust: Float  #: (W, A, 2) present thrust of the left and right thruster, N
+    #: (W, A) mean size of the force between boat and vessel since the last tick, N
+    contact_force: Float
     occupied_ticks: Int  #: (W,) control ticks for which every slot was occupied without a break
 
 
@@ -141,5 +143,4 @@ class Snapshot:
 
     params: Any  #: parameters of the simulation
     num_worlds: int
-    worlds_per_space: int
     memory: bytes  #: pickled records, arrays and Generators

@@ -14,7 +14,7 @@ from asv_env.envs.row_attributes import RowAttributes
 from asv_env.numerics import numerics
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
-from asv_env.simulation import WORLDS_PER_SPACE, Simulation
+from asv_env.simulation import Simulation
 from asv_env.tasks import InitialStates, Task
 from asv_env.types import Action, Bool, Observation, rows
 
@@ -52,7 +52,7 @@ class BoatVecEnv(Adapter, VecEnv):
         render_mode: None, "rgb_array" or "human", which shows world 0.
         stagger: whether the first episode of world w after a reset is shortened to the fraction
             (w + 1) / W of the time limit, so that not all worlds truncate in the same step.
-        worlds_per_space: see ``Simulation``.
+        num_threads: see ``Simulation``.
         initial_states: distribution of the initial states, see ``Simulation``.
         with_state: whether the state of the world is observed too.
         max_episode_steps: as in ``JointEnv``.
@@ -70,7 +70,7 @@ class BoatVecEnv(Adapter, VecEnv):
         scenario: str | Overrides = "nominal",
         render_mode: str | None = None,
         stagger: bool = False,
-        worlds_per_space: int = WORLDS_PER_SPACE,
+        num_threads: int | None = None,
         initial_states: InitialStates | None = None,
         with_state: bool = False,
         max_episode_steps: int | None = None,
@@ -79,7 +79,7 @@ class BoatVecEnv(Adapter, VecEnv):
         num_envs = Whole(1).checked("num_envs", num_envs)
         params = make_params(task, num_boats, scenario, **options)
         params = limited(params, options, max_episode_steps=max_episode_steps)
-        simulation = Simulation(params, num_envs, worlds_per_space, initial_states)
+        simulation = Simulation(params, num_envs, num_threads, initial_states)
         self._open(simulation, render_mode)
         self.num_worlds, self._team = num_envs, params.num_boats
         self._stagger, self._with_state = stagger, with_state

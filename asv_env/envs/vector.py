@@ -15,7 +15,7 @@ from asv_env.envs.limits import limited
 from asv_env.envs.row_attributes import RowAttributes
 from asv_env.numerics import numerics
 from asv_env.presets import Overrides, make_params
-from asv_env.simulation import WORLDS_PER_SPACE, Simulation
+from asv_env.simulation import Simulation
 from asv_env.tasks import Task
 from asv_env.types import Action, Bool, Float, Observation
 
@@ -36,8 +36,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
     End: success and leaving the arena terminate, the time limit truncates.
     Info: as in ``JointEnv``, in the format of Gymnasium's vector environments.
 
-    Equal to Gymnasium's ``SyncVectorEnv`` of ``JointEnv``, to the bit with
-    ``worlds_per_space=1``, and many times faster.
+    Equal to Gymnasium's ``SyncVectorEnv`` of ``JointEnv``, to the bit, and many times faster.
 
     Args:
         num_envs: W.
@@ -47,7 +46,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             of an episode ignores the world's action and begins the next one, with reward 0;
             with SAME_STEP the last observation and info are in ``infos["final_obs"]`` and
             ``infos["final_info"]``; with DISABLED use ``reset(options={"reset_mask": ...})``.
-        worlds_per_space: see ``Simulation``; with 1 results do not depend on the batch.
+        num_threads: see ``Simulation``.
         flat, max_episode_steps: as in ``JointEnv``.
         disable_env_checker: as ``gymnasium.make`` has it; there is no checker here.
         **options: see ``presets.make_params``.
@@ -63,7 +62,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         scenario: str | Overrides = "nominal",
         render_mode: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        worlds_per_space: int = WORLDS_PER_SPACE,
+        num_threads: int | None = None,
         flat: bool = False,
         max_episode_steps: int | None = None,
         disable_env_checker: bool | None = None,
@@ -75,7 +74,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         num_envs = Whole(1).checked("num_envs", num_envs)
         params = make_params(task, num_boats, scenario, **options)
         params = limited(params, options, max_episode_steps=max_episode_steps)
-        simulation = Simulation(params, num_envs, worlds_per_space)
+        simulation = Simulation(params, num_envs, num_threads)
         self._open(simulation, render_mode, autoreset_mode=autoreset_mode)
         self.num_envs, self.autoreset_mode = num_envs, autoreset_mode
         spaces = self._boat_spaces(params.num_boats, flat=flat)

@@ -2,12 +2,19 @@
 
 from asv_env.checks import TINY
 from asv_env.params.env_params import ACTION_MODES, SMALLEST_CAGE, EnvParams, pitches
-from asv_env.params.hull_params import NOMINAL_LENGTH, BoatParams, HullParams, VesselParams
+from asv_env.params.hull_params import (
+    NOMINAL_LENGTH,
+    THRUST_LAWS,
+    BoatParams,
+    HullParams,
+    VesselParams,
+)
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import GOAL_ANCHORS, SIDES, RewardParams, TaskParams
 
 __all__ = [
-    "ACTION_MODES", "GOAL_ANCHORS", "NOMINAL_LENGTH", "SIDES", "SMALLEST_CAGE", "TINY",
+    "ACTION_MODES", "GOAL_ANCHORS", "NOMINAL_LENGTH", "SIDES", "SMALLEST_CAGE",
+    "THRUST_LAWS", "TINY",
     "BoatParams", "ClockParams", "EnvParams", "HullParams", "RewardParams", "SensorParams",
     "TaskParams", "VariationParams", "VesselParams", "WaterParams", "pitches",
 ]  # fmt: skip

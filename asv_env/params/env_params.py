@@ -107,10 +107,10 @@ class EnvParams:
                     f"vessel.length = {vessel.length:g} m; make them smaller or the vessel longer"
                 )
         force = 2 * boat.thrust * (1 + vary.thrust) / (1 - vary.mass) / self.clock.control**2
-        leap, turn = force / boat.total_mass, force * boat.lever_arm / boat.total_inertia
+        leap, turn = force / boat.masses[0], force * boat.lever_arm / boat.total_inertia
         if leap > LEAP * task.arena or turn > SPIN:
             raise ValueError(
-                f"thrust = {boat.thrust:g} N on a boat of {boat.total_mass:g} kg and "
+                f"thrust = {boat.thrust:g} N on a boat of {boat.masses[0]:g} kg and "
                 f"{boat.total_inertia:g} kg m^2 with lever_arm = {boat.lever_arm:g} m: in one "
                 f"control step it would move by {leap:.3g} m and {turn:.3g} rad; choose less "
                 "thrust, more mass or inertia, or a faster clock.control"

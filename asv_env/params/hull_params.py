@@ -1,24 +1,28 @@
 """Floating hulls: size, mass, drag, thrust."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 from asv_env import geometry
-from asv_env.checks import TINY, check_fields, check_numbers
+from asv_env.checks import TINY, Name, check_fields, check_numbers
 from asv_env.params.ranges import (
+    Accelerations,
     AddedInertia,
-    AddedMass,
+    AddedMasses,
     BoatLength,
     Drag,
     DragPair,
     Fraction,
+    FullMotion,
     Inertia,
     Lag,
     Mass,
+    Responses,
     Thrust,
     VesselLength,
 )
 
+THRUST_LAWS = ("linear", "quadratic")
 NOMINAL_LENGTH = 0.40  #: length of the nominal vessel, m
 
 
@@ -27,15 +31,15 @@ class HullParams:
     """A floating rigid body: size, mass and the drag of the water on it.
 
     The drag along each axis is ``(linear + quadratic * |v|) * v`` of the velocity relative to
-    the water. Added mass acts as effective mass and inertia, the same along every axis.
+    the water. The water that a hull moves with it adds to its mass, by axis, and to its inertia.
     """
 
     length: VesselLength  #: m
     width: VesselLength  #: m
     mass: Mass  #: dry mass, kg
-    added_mass: AddedMass  #: effective, kg
+    added_mass: AddedMasses  #: of the water (A11 in surge, A22 in sway), kg
     inertia: Inertia | None  #: about the centre, kg m^2; None takes that of a uniform hull
-    added_inertia: AddedInertia  #: effective, kg m^2
+    added_inertia: AddedInertia  #: of the water (A66 in yaw), kg m^2
     surge: DragPair  #: drag along +x, (linear kg/s, quadratic kg/m)
     sway: DragPair  #: drag along +y, (linear kg/s, quadratic kg/m)
     yaw: DragPair  #: drag moment, (linear N m s, quadratic N m s^2)
@@ -49,9 +53,15 @@ class HullParams:
         return geometry.rectangle(self.length, self.width)
 
     @property
-    def total_mass(self) -> float:
-        """Dry plus added mass, kg."""
-        return self.mass + self.added_mass
+    def masses(self) -> tuple[float, float, float]:
+        """Effective masses in surge and sway, kg, and effective inertia in yaw, kg m^2."""
+        surge, sway = self.added_mass
+        return self.mass + surge, self.mass + sway, self.total_inertia
+
+    @property
+    def contact_mass(self) -> float:
+        """The one mass that contacts see, kg: that of the axis along which the hull is pushed."""
+        return self.masses[0]
 
     @property
     def total_inertia(self) -> float:
@@ -77,7 +87,7 @@ class BoatParams(HullParams):
     length: BoatLength = 0.12
     width: BoatLength = 0.065
     mass: Mass = 0.10
-    added_mass: AddedMass = 0.02
+    added_mass: AddedMasses = (0.01, 0.04)
     inertia: Inertia | None = 1.55e-4
     added_inertia: AddedInertia = 0.66e-4
     surge: DragPair = (0.03, 0.25)
@@ -88,6 +98,14 @@ class BoatParams(HullParams):
     astern: Fraction = 0.6  #: thrust astern as a fraction of that ahead
     lever_arm: BoatLength = 0.02  #: distance of each motor from the centre line, m
     lag: Lag = 0.1  #: first-order time constant of the thrusters, s
+    #: thrust of a motor by its signal: "linear", or "quadratic" for a propeller's speed
+    thrust_law: Annotated[str, Name(THRUST_LAWS)] = "linear"
+    full_speed: FullMotion = 0.2  #: forward speed of a full tracking action, m/s
+    full_yaw_rate: FullMotion = 1.2  #: yaw rate of a full tracking action, rad/s
+    #: (surge, yaw) time constants with which the autopilot's reference follows a set-point, s
+    response: Responses = (0.4, 0.2)
+    #: (surge m/s^2, yaw rad/s^2) largest accelerations of the autopilot's reference
+    acceleration: Accelerations = (0.2, 1.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -119,7 +137,7 @@ class VesselParams(HullParams):
     length: VesselLength = NOMINAL_LENGTH
     width: VesselLength = 0.15
     mass: Mass = 0.60
-    added_mass: AddedMass = 0.08
+    added_mass: AddedMasses = (0.03, 0.08)
     inertia: Inertia | None = 9.1e-3
     added_inertia: AddedInertia = 0.8e-3
     surge: DragPair = (0.20, 0.75)
@@ -127,18 +145,24 @@ class VesselParams(HullParams):
     yaw: DragPair = (1.5e-3, 4e-3)
     fins: Drag = 3.6  #: quadratic surge drag of the fins, kg/m, on top of the bare hull's
 
+    @property
+    def contact_mass(self) -> float:
+        """The one mass that contacts see, kg: that in sway, in which the vessel is pushed."""
+        return self.masses[1]
+
     def stretched(self, length: float) -> Self:
         """Returns the vessel at another length, with the same width, draft and fins.
 
-        Mass and sway drag grow in proportion, the linear yaw drag with the third power and
-        the quadratic one with the fourth; the bare hull's surge drag stays.
+        Mass, added mass in sway and sway drag grow in proportion, added inertia and linear yaw
+        drag with the third power, the quadratic one with the fourth; the bare hull's added mass
+        and drag in surge stay.
         """
         k = length / self.length
         return replace(
             self,
             length=length,
             mass=self.mass * k,
-            added_mass=self.added_mass * k,
+            added_mass=(self.added_mass[0], self.added_mass[1] * k),
             inertia=self.inertia if k == 1 else None,
             added_inertia=self.added_inertia * k**3,
             sway=(self.sway[0] * k, self.sway[1] * k),

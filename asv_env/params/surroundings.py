@@ -15,8 +15,10 @@ from asv_env.params.ranges import (
     Lags,
     Noise,
     Rate,
+    Share,
     Speed,
     Spread,
+    Ticks,
 )
 
 DRAGS = ("quadratic", "linear")
@@ -38,6 +40,8 @@ class WaterParams:
     current_heading: Angle = 0.0  #: direction in which a uniform current flows, rad
     gyre_size: Distance = 1.5  #: side of one square vortex cell, m; the pattern repeats beyond
     contact_friction: Friction = 0.3  #: Coulomb friction coefficient between hulls
+    #: share by which the drag of hulls' sides that face each other falls in contact
+    shelter: Share = 0.0
     #: half the side of a square basin with walls, m; None is open water
     walls: Distance | None = None
 
@@ -100,6 +104,7 @@ class VariationParams:
     mass: Spread = 0.0  #: largest relative difference of each hull's mass
     lag: Lags | None = None  #: (smallest, largest), s; None keeps the boat's
     friction: Frictions | None = None  #: (smallest, largest); None: the water's
+    actuation_latency: Ticks = 0  #: control ticks after which a command reaches the thrusters
     failures: Count = 0  #: number of boats whose thrusters fail
     failure_time: Durations = (5.0, 60.0)  #: (earliest, latest) time of a failure, s
 

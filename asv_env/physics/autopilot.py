@@ -1,22 +1,35 @@
-"""The autopilot of a boat: inner-loop controllers of forward speed and yaw rate.
+"""The autopilot of a boat: it follows set-points of forward speed and yaw rate.
 
-Each is a proportional controller with the drag of the wanted motion fed forward. A policy that
-commands a yaw rate proportional to its heading error closes the paper's PD loop on the heading
-round it. The gains follow from the lag T of the thrusters: a proportional loop of bandwidth
-1/(2 T) round a first-order lag is a second-order system with damping ratio 1/sqrt(2).
+As real autopilots do, it follows a reference model: the reference approaches the set-point with a
+time constant and a bounded acceleration, so that a set-point that jumps makes no blow. The motors
+get what the reference's motion takes by the nominal hull (mass times acceleration, and drag), plus
+a correction proportional to the error of the motion.
 
-Demands are the mean thrust of both motors and half their difference, see ``thrusters.MIX``.
+The gain of the correction follows from the lag T of the thrusters: a proportional loop of
+bandwidth 1/(2 T) round a first-order lag is a second-order system with damping ratio 1/sqrt(2). A
+policy that commands a yaw rate proportional to its heading error closes the paper's PD loop on the
+heading round it.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from asv_env.params import BoatParams
+from asv_env.physics.compiled import compiled
 from asv_env.types import Float
 
-FULL_SPEED = 0.2  #: forward speed of a full tracking action, m/s
-FULL_YAW_RATE = 1.2  #: yaw rate of a full tracking action, rad/s
-SCALE = np.array([FULL_SPEED, FULL_YAW_RATE])  #: motion of a full tracking action, m/s and rad/s
-SCALE.setflags(write=False)
+
+class Axis(NamedTuple):
+    """The control of one axis, surge or yaw."""
+
+    full: float  #: set-point of a full action, m/s or rad/s
+    response: float  #: time constant of the reference model, s
+    acceleration: float  #: largest acceleration of the reference, m/s^2 or rad/s^2
+    mass: float  #: nominal effective mass or inertia
+    linear: float  #: nominal linear drag coefficient
+    quadratic: float  #: nominal quadratic drag coefficient
+    gain: float  #: N per m/s or N m per rad/s of error
 
 
 def bandwidth(boat: BoatParams) -> float:
@@ -24,22 +37,75 @@ def bandwidth(boat: BoatParams) -> float:
     return 1.0 / (2.0 * boat.lag)
 
 
-class Autopilot:
-    """The controllers of boats of one kind."""
+def axes(boat: BoatParams) -> tuple[Axis, Axis]:
+    """Returns the control of surge and of yaw of this boat."""
+    surge, _, yaw = boat.masses
+    gain = bandwidth(boat)
+    return (
+        Axis(
+            boat.full_speed,
+            boat.response[0],
+            boat.acceleration[0],
+            surge,
+            *boat.surge,
+            gain * surge,
+        ),
+        Axis(
+            boat.full_yaw_rate, boat.response[1], boat.acceleration[1], yaw, *boat.yaw, gain * yaw
+        ),
+    )
 
-    def __init__(self, boat: BoatParams) -> None:
-        # Thrust of a motor per N of surge force and per N m of yaw moment.
-        per_motor = np.array([0.5, 0.5 / boat.lever_arm])
-        #: (2,) demand in N per m/s and per rad/s of error in forward speed and yaw rate
-        self.gains = per_motor * bandwidth(boat) * np.array([boat.total_mass, boat.total_inertia])
-        self._linear = per_motor * np.array([boat.surge[0], boat.yaw[0]])
-        self._quadratic = per_motor * np.array([boat.surge[1], boat.yaw[1]])
 
-    def demand_at_rest(self, action: Float) -> Float:
-        """Returns the demand (..., 2), N, of a boat at rest for an action (..., 2) in [-1, 1].
+def scale(boat: BoatParams) -> Float:
+    """Returns the motion (2,) of a full tracking action, m/s and rad/s."""
+    return np.array([boat.full_speed, boat.full_yaw_rate])
 
-        It is the drag of the wanted motion plus the gain times that motion. The demand of a
-        moving boat is less by ``gains`` times its speed and yaw rate.
-        """
-        target = action * SCALE
-        return (self.gains + self._linear + self._quadratic * np.abs(target)) * target
+
+@compiled
+def referred(reference: float, action: float, axis: Axis, dt: float) -> tuple[float, float]:
+    """Returns the reference after a step towards an action in [-1, 1], and its acceleration."""
+    wanted = (axis.full * action - reference) / max(axis.response, dt)
+    acceleration = min(max(wanted, -axis.acceleration), axis.acceleration)
+    return reference + dt * acceleration, acceleration
+
+
+@compiled
+def effort(motion: float, reference: float, acceleration: float, axis: Axis) -> float:
+    """Returns the force, N, or moment, N m, with which a hull's motion follows a reference."""
+    drag = (axis.linear + axis.quadratic * abs(reference)) * reference
+    return axis.mass * acceleration + drag + axis.gain * (reference - motion)
+
+
+@compiled
+def _steady_efforts(motion: Float, reference: Float, axis: Axis, efforts: Float) -> None:
+    for i in range(len(efforts)):
+        efforts[i] = effort(motion[i], reference[i], 0.0, axis)
+
+
+def efforts(motion: Float, reference: Float, boat: BoatParams) -> Float:
+    """Returns surge forces, N, and yaw moments, N m, with which boats follow a steady reference.
+
+    Args:
+        motion: (..., 2) forward speeds, m/s, and yaw rates, rad/s.
+        reference: (..., 2) those wanted.
+        boat: the kind of boat.
+
+    Returns:
+        Efforts (..., 2).
+    """
+    rows = [np.ascontiguousarray(each).reshape(-1, 2).T.copy() for each in (motion, reference)]
+    result = np.zeros_like(rows[0])
+    for axis, own, wanted, column in zip(axes(boat), *rows, result, strict=True):
+        _steady_efforts(own, wanted, axis, column)
+    return result.T.reshape(motion.shape)
+
+
+def coasting(motion: Float, boat: BoatParams) -> Float:
+    """Returns set-points (..., 2), m/s and rad/s, by which the motors of moving boats hardly run.
+
+    The reference then slows down as the boat's ``motion`` (..., 2) does under drag alone.
+    """
+    surge, _, yaw = boat.masses
+    linear, quadratic = np.transpose([boat.surge, boat.yaw])
+    drag = (linear + quadratic * np.abs(motion)) * motion
+    return motion - np.array(boat.response) * drag / np.array([surge, yaw])

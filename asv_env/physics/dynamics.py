@@ -1,84 +1,108 @@
 """The motion of all hulls under motors, water and contact: the physics of a control step."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.physics import water
-from asv_env.physics.autopilot import Autopilot
+from asv_env.physics import autopilot, kernel, threads, thrusters, water
 from asv_env.physics.basin import Basin, BasinSnapshot
-from asv_env.physics.thrusters import MIX, Motors, from_command, limited
+from asv_env.physics.hull import Hulls
+from asv_env.physics.kernel import Plant
+from asv_env.physics.shelter import cover
 from asv_env.types import Bool, Float, InitialState
 
 
+@dataclass(frozen=True)
+class DynamicsSnapshot:
+    """All that a ``Dynamics`` remembers from one step to the next."""
+
+    basin: BasinSnapshot
+    arrays: tuple[Float, ...]
+
+
 class Dynamics:
-    """Bodies in a ``basin``, their ``motors``, and the water, of ``num_worlds`` worlds."""
+    """Bodies in a ``basin`` and the ``plant`` that moves them, of ``num_worlds`` worlds.
 
-    def __init__(self, params: EnvParams, num_worlds: int, worlds_per_space: int) -> None:
-        self._params = params
-        self.basin = Basin(params, num_worlds, worlds_per_space)
-        vessel, self._boat = params.hulls()
-        hulls = [vessel] + [self._boat] * params.num_boats
-        self._mass = np.array([hull.total_mass for hull in hulls])
-        self._inertia = np.array([hull.total_inertia for hull in hulls])
-        self._drag = water.coefficients(hulls)
-        self._autopilot = Autopilot(self._boat)
-        self.motors = Motors(self._boat, num_worlds, params.num_boats)
+    Args:
+        params: parameters of the environment.
+        num_worlds: W.
+        num_threads: number of threads over which the worlds are spread.
+    """
 
-        shape = (num_worlds, len(hulls))
-        self._linear, self._quadratic = np.ones((2, *shape, 3))
-        self._dt_per_mass, self._softening = np.ones((2, *shape, 3))
-        self._make_buffers(shape)
-
-    def _make_buffers(self, shape: tuple[int, int]) -> None:
-        """Makes the arrays of a physics step for ``shape`` = (W, B), and views of them.
-
-        They are made once: for few worlds NumPy's calls cost more than the physics.
-        """
-        motion, force = self.basin.motion, self.basin.force  # world frame
-        self._heading, self._yaw_rate = motion[..., 2], motion[..., 5]
-        self._velocity = plane(motion, 3)
-        self._force, self._moment = plane(force), force[..., 2]
-        self._direction = np.empty(shape, dtype=np.complex128)
-        self._cos, self._sin = self._direction.real, self._direction.imag
-        # In the hulls' own frames: velocity relative to the water, thrust, all that acts.
-        self._relative_velocity, self._thrust_wrench, self._wrench = np.zeros((3, *shape, 3))
-        self._relative_planar = plane(self._relative_velocity)
-        self._relative_yaw_rate = self._relative_velocity[..., 2]
-        self._boat_speeds = self._relative_velocity[:, 1:, ::2]
-        self._surge_force = self._thrust_wrench[:, 1:, 0]
-        self._yaw_moment = self._thrust_wrench[:, 1:, 2]
-        self._wrench_planar, self._wrench_yaw = plane(self._wrench), self._wrench[..., 2]
-        self._demand, self._thrust = np.zeros((2, shape[0], shape[1] - 1, 2))
-        self._demand_pair, self._thrust_pair = plane(self._demand), plane(self._thrust)
+    def __init__(self, params: EnvParams, num_worlds: int, num_threads: int = 1) -> None:
+        self._dt = params.clock.dt
+        self._num_threads = max(1, min(num_threads, num_worlds))
+        self.basin = Basin(params, num_worlds, self._num_threads)
+        vessel, boat = params.hulls()
+        hulls = [vessel] + [boat] * params.num_boats
+        self._masses = np.array([hull.masses for hull in hulls])
+        self._contact_masses = np.array([hull.contact_mass for hull in hulls])
+        self._drag = np.array([(hull.surge, hull.sway, hull.yaw) for hull in hulls])
+        self._scale = autopilot.scale(boat)
+        shape = (num_worlds, len(hulls), 3)
+        surge, yaw = autopilot.axes(boat)
+        self.plant = Plant(
+            contact_mass=np.ones(shape[:2]),
+            hulls=Hulls(*np.ones((4, *shape))),
+            motors=thrusters.motors(num_worlds, params.num_boats),
+            drive=thrusters.drive(boat),
+            surge=surge,
+            yaw=yaw,
+            reference=np.zeros((num_worlds, params.num_boats, 2)),
+            flow=water.flow(params.water),
+            cover=cover(params),
+            dt=params.clock.dt,
+            tracking=params.action_mode == "tracking",
+        )
+        # Commands on their way to the boats, the next one first.
+        late = params.variation.actuation_latency
+        self._commands = np.zeros((late, num_worlds, params.num_boats, 2))
 
     def place(self, world: int, initial: InitialState) -> None:
-        """Places one world in its initial state, motors off."""
-        mass, inertia = self._mass * initial.mass_gain, self._inertia * initial.mass_gain
-        self.basin.place(world, initial.motion, mass, inertia, initial.friction)
-        dt = self._params.clock.dt
-        self._dt_per_mass[world] = dt / np.stack([mass, mass, inertia], axis=-1)
-        linear, quadratic = self._drag
-        self._linear[world] = linear * initial.drag_gain[:, None]
-        self._quadratic[world] = quadratic * initial.drag_gain[:, None]
-        self._softening[world] = water.softening(self._linear[world], self._dt_per_mass[world])
-        self.motors.reset(world, initial.thrust_gain, dt / initial.lag)
+        """Places one world in its initial state, motors off, autopilots at the boats' motion."""
+        plant, hulls = self.plant, self.plant.hulls
+        gain = initial.mass_gain
+        contact_mass, mass = self._contact_masses * gain, self._masses * gain[:, None]
+        self.basin.place(world, initial.motion, contact_mass, mass[:, 2], initial.friction)
+        plant.contact_mass[world], hulls.mass[world] = contact_mass, mass
+        drag = self._drag * initial.drag_gain[:, None, None]
+        hulls.linear[world], hulls.quadratic[world] = drag[..., 0], drag[..., 1]
+        hulls.soft[world] = water.softenings(0.5 * self._dt * drag[..., 0] / mass)
+        motors = plant.motors
+        motors.signal[world] = motors.thrust[world] = 0.0
+        motors.gain[world] = initial.thrust_gain
+        motors.keep[world] = np.exp(-self._dt / initial.lag)
+        ahead = np.exp(-1j * initial.motion[1:, 2])
+        speed = (plane(np.ascontiguousarray(initial.motion[1:]), 3) * ahead).real
+        plant.reference[world] = np.stack([speed, initial.motion[1:, 5]], axis=-1)
+        self._commands[:, world] = 0.0
 
-    def snapshot(self) -> tuple[BasinSnapshot, tuple[Float, ...]]:
+    def snapshot(self) -> DynamicsSnapshot:
         """Returns all that the next steps depend on, for the simulation to copy."""
-        return self.basin.snapshot(), self._changing()
+        return DynamicsSnapshot(self.basin.snapshot(), self._changing())
 
-    def restore(self, memory: tuple[BasinSnapshot, tuple[Float, ...]]) -> None:
+    def restore(self, snapshot: DynamicsSnapshot) -> None:
         """Continues as the dynamics did, with the same arguments, whose ``snapshot`` this is."""
-        basin, arrays = memory
-        self.basin.restore(basin)
-        for array, remembered in zip(self._changing(), arrays, strict=True):
+        self.basin.restore(snapshot.basin)
+        for array, remembered in zip(self._changing(), snapshot.arrays, strict=True):
             array[...] = remembered
 
     def _changing(self) -> tuple[Float, ...]:
         """Returns the arrays that change from step to step, or from episode to episode."""
-        gains = self._linear, self._quadratic, self._dt_per_mass, self._softening
-        return *gains, *self.motors.changing()
+        plant = self.plant
+        per_episode = plant.contact_mass, *plant.hulls
+        return *per_episode, *plant.motors, plant.reference, self._commands
+
+    def delayed(self, command: Float) -> Float:
+        """Returns the command (W, A, 2) that reaches the boats when this one is given."""
+        if not len(self._commands):
+            return command
+        arriving = self._commands[0].copy()
+        self._commands[:-1] = self._commands[1:]
+        self._commands[-1] = command
+        return arriving
 
     def advance(self, action: Float, working: Bool, steps: int) -> Float:
         """Advances all worlds by some physics steps under one action.
@@ -89,40 +113,23 @@ class Dynamics:
             steps: number of physics steps.
 
         Returns:
-            Motion (W, B, 6) in each world's own coordinates; headings are not wrapped.
+            Motion (W, B, 6) in the worlds' frames, a copy; headings are not wrapped.
         """
-        self.motors.enable(working)
-        tracking = self._params.action_mode == "tracking"
-        if tracking:
-            at_rest, gains = self._autopilot.demand_at_rest(action), self._autopilot.gains
-        else:
-            thrust = from_command(action, self._boat)
-        for _ in range(steps):
-            self._update_velocities()
-            if tracking:
-                np.multiply(gains, self._boat_speeds, out=self._demand)
-                np.subtract(at_rest, self._demand, out=self._demand)
-                np.multiply(MIX, self._demand_pair, out=self._thrust_pair)
-                thrust = limited(self._thrust, self._boat)
-            self.motors.drive(thrust, self._surge_force, self._yaw_moment)
-            self._apply_forces()
-            self.basin.step()
-        return self.basin.world_motion()
+        plant, bodies, wires = self.plant, self.basin.bodies, self.basin.wires
 
-    def _update_velocities(self) -> None:
-        """Computes the directions of the hulls and, in their own frames, velocities over ground."""
-        np.cos(self._heading, out=self._cos)
-        np.sin(self._heading, out=self._sin)
-        np.multiply(self._velocity, self._direction.conj(), out=self._relative_planar)
-        self._relative_yaw_rate[...] = self._yaw_rate
+        share = 1.0 / (plant.dt * steps)
+        bodies.contact_force[...] = 0.0
 
-    def _apply_forces(self) -> None:
-        """Writes the force of motors and water, in the world frame, into the basin's array."""
-        if self._params.water.current != "still":
-            flow = water.current(self._params.water, plane(self.basin.world_motion()))
-            self._relative_planar -= flow * self._direction.conj()
-        velocity, drag = self._relative_velocity, (self._linear, self._quadratic)
-        step = self._dt_per_mass, self._softening
-        water.damped(self._thrust_wrench, velocity, *drag, *step, out=self._wrench)
-        np.multiply(self._wrench_planar, self._direction, out=self._force)
-        self._moment[...] = self._wrench_yaw
+        def run(steps: int) -> None:
+            def advance(first: int, last: int, thread: int) -> None:
+                span = first, last, thread, steps, share
+                kernel.advance(*span, action, working, plant, bodies, wires)
+
+            threads.spread(advance, len(action), self._num_threads)
+
+        if self.basin.moved:
+            run(1)
+            self.basin.settle()
+            steps -= 1
+        run(steps)
+        return self.basin.motion.copy()

@@ -1,63 +1,118 @@
-"""Differential drive: two motors, their limits and lag, and the wrench that they make."""
+"""Differential drive: two motors, their law of thrust, limits and lag, and the wrench they make.
+
+A motor has a signal in [-1, 1], which follows the one that is wanted with a first-order lag. By
+the linear law its thrust is proportional to the signal; by the quadratic law, that of a propeller
+whose signal is its speed, to the signal's square. Astern it is weaker.
+"""
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 
-from asv_env.params import BoatParams
-from asv_env.types import Bool, Float
+from asv_env.params import THRUST_LAWS, BoatParams
+from asv_env.physics.compiled import compiled
+from asv_env.types import Float
 
-MIX = 1 + 1j
-"""Factor that turns a demand a + ib into the thrust l + ir of the left and right motor, N.
-
-a is the mean thrust, half the surge force; b is half the difference, the yaw moment over twice
-the lever arm: l + ir = a - b + i (a + b) = (1 + i) (a + ib).
-"""
+QUADRATIC = THRUST_LAWS.index("quadratic")
 
 
-def from_command(command: Float, boat: BoatParams) -> Float:
-    """Returns the thrust (...), N, for commands (...) in [-1, 1]: linear, weaker astern."""
-    return boat.thrust * np.where(command < 0, boat.astern * command, command)
+class Drive(NamedTuple):
+    """The motors of a kind of boat, as compiled code takes them."""
+
+    ahead: float  #: thrust of one motor at full signal ahead, N
+    astern: float  #: thrust of one motor at full signal astern, N
+    law: int  #: index in ``THRUST_LAWS``
+    lever_arm: float  #: distance of each motor from the centre line, m
 
 
-def limited(thrust: Float, boat: BoatParams) -> Float:
-    """Returns thrusts (...), N, clipped to what a motor can give."""
-    return np.minimum(np.maximum(thrust, -boat.astern * boat.thrust), boat.thrust)
+class Motors(NamedTuple):
+    """The motors of all teams: their state, and what varies between them."""
+
+    signal: Float  #: (W, A, 2) present signal of the left and right motor
+    thrust: Float  #: (W, A, 2) present thrust of the left and right motor, N
+    gain: Float  #: (W, A, 2) factor on the thrust
+    keep: Float  #: (W,) share of a signal's distance from the wanted one that a step leaves
 
 
-class Motors:
-    """The motors of ``num_worlds`` teams: first-order lag, and a gain for each motor."""
+def drive(boat: BoatParams) -> Drive:
+    """Returns the motors of this boat."""
+    law = THRUST_LAWS.index(boat.thrust_law)
+    return Drive(boat.thrust, boat.astern * boat.thrust, law, boat.lever_arm)
 
-    def __init__(self, boat: BoatParams, num_worlds: int, num_boats: int) -> None:
-        self._lever_arm = boat.lever_arm
-        #: (W, A, 2) present thrust of the left and right motor, N
-        self.thrust = np.zeros((num_worlds, num_boats, 2))
-        self._left, self._right = self.thrust[..., 0], self.thrust[..., 1]
-        self._gain, self._response = np.ones((2, *self.thrust.shape))
-        self._keep = np.ones((num_worlds, 1, 1))
 
-    def changing(self) -> tuple[Float, ...]:
-        """Returns the arrays that change from step to step, or from episode to episode."""
-        return self.thrust, self._gain, self._response, self._keep
+def motors(num_worlds: int, num_boats: int) -> Motors:
+    """Returns motors that are off, without lag."""
+    shape = (num_worlds, num_boats, 2)
+    return Motors(np.zeros(shape), np.zeros(shape), np.ones(shape), np.zeros(num_worlds))
 
-    def reset(self, world: int, gain: Float, dt_per_lag: float) -> None:
-        """Stops the motors of one world and sets their gains (A, 2) and physics step over lag.
 
-        The lag is integrated exactly for a thrust that is wanted for a whole step.
-        """
-        self.thrust[world] = 0.0
-        self._gain[world] = gain
-        self._keep[world] = np.exp(-dt_per_lag)
+@compiled
+def thrust_of(signal: float, drive: Drive) -> float:
+    """Returns the thrust of a motor at a signal in [-1, 1], N."""
+    size = abs(signal)
+    if drive.law == QUADRATIC:
+        size *= size
+    return drive.ahead * size if signal > 0.0 else -drive.astern * size
 
-    def enable(self, working: Bool) -> None:
-        """Lets only the boats (W, A) whose thrusters work respond from now on."""
-        self._response[...] = self._gain * working[..., None] * (1.0 - self._keep)
 
-    def drive(self, wanted: Float, surge: Float, yaw: Float) -> None:
-        """Advances the thrusts, N, by one physics step towards those wanted (W, A, 2).
+@compiled
+def signal_for(thrust: float, drive: Drive) -> float:
+    """Returns the signal at which a motor gives a thrust, N, clipped to [-1, 1]."""
+    most = drive.ahead if thrust > 0.0 else drive.astern
+    if most <= 0.0:
+        return 0.0
+    share = min(abs(thrust) / most, 1.0)
+    if drive.law == QUADRATIC:
+        share = math.sqrt(share)
+    return share if thrust > 0.0 else -share
 
-        ``surge`` and ``yaw``, each (W, A), receive the surge force, N, and the yaw moment, N m.
-        """
-        self.thrust *= self._keep
-        self.thrust += self._response * wanted
-        np.add(self._left, self._right, out=surge)
-        np.subtract(self._right, self._left, out=yaw)
-        yaw *= self._lever_arm
+
+@compiled
+def allocated(force: float, moment: float, drive: Drive) -> tuple[float, float]:
+    """Returns the thrusts of both motors, N, for a surge force, N, and a yaw moment, N m.
+
+    Where the motors cannot give both, the moment comes first: a boat that cannot turn cannot
+    steer, one that is slow for a moment comes later.
+    """
+    half = 0.5 * (drive.ahead + drive.astern)  # largest half of the difference
+    difference = min(max(0.5 * moment / drive.lever_arm, -half), half)
+    room = abs(difference)
+    mean = min(max(0.5 * force, room - drive.astern), drive.ahead - room)
+    return mean - difference, mean + difference
+
+
+@compiled
+def driven(
+    motors: Motors, drive: Drive, world: int, boat: int, left: float, right: float
+) -> tuple[float, float, float]:
+    """Advances both motors of a boat by a step towards two signals; returns their wrench.
+
+    It is the surge force, N, the sway force, which is 0, and the yaw moment, N m. The lag is
+    integrated exactly for a signal that is wanted for the whole step.
+    """
+    keep, signal, thrust = (
+        motors.keep[world],
+        motors.signal[world, boat],
+        motors.thrust[world, boat],
+    )
+    signal[0] = keep * signal[0] + (1.0 - keep) * left
+    signal[1] = keep * signal[1] + (1.0 - keep) * right
+    for side in range(2):
+        thrust[side] = motors.gain[world, boat, side] * thrust_of(signal[side], drive)
+    return thrust[0] + thrust[1], 0.0, drive.lever_arm * (thrust[1] - thrust[0])
+
+
+@compiled
+def _fill_signals(efforts: Float, drive: Drive, signals: Float) -> None:
+    for i in range(len(efforts)):
+        left, right = allocated(efforts[i, 0], efforts[i, 1], drive)
+        signals[i, 0], signals[i, 1] = signal_for(left, drive), signal_for(right, drive)
+
+
+def signals(efforts: Float, boat: BoatParams) -> Float:
+    """Returns the signals (..., 2) of left and right motor for forces and moments (..., 2)."""
+    flat = np.ascontiguousarray(efforts).reshape(-1, 2)
+    result = np.zeros_like(flat)
+    _fill_signals(flat, drive(boat), result)
+    return result.reshape(efforts.shape)

@@ -1,8 +1,8 @@
-"""The forces of the water on a hull: drag of the motion relative to the current.
+"""The water: its current, and the drag on a hull that moves through it.
 
-Per axis of the hull (surge, sway, yaw) the drag is (linear + quadratic |v|) v. It is integrated
-so that it can never reverse a motion, whatever the coefficients: with effective mass m and step
-dt the speed becomes
+Per axis of the hull (surge, sway, yaw) the drag is (linear + quadratic |v|) v of the velocity
+relative to the water. It is integrated so that it can never reverse a motion, whatever the
+coefficients: with effective mass m and step dt the speed becomes
 
     v' = (s v + dt F / m) / (s + dt (linear + quadratic |v|) / m)
 
@@ -11,72 +11,101 @@ l = dt linear / m, makes the decay of the speed exact for linear and quadratic d
 terminal speed under a constant force is exact for any dt.
 """
 
-from collections.abc import Sequence
+import math
+from typing import NamedTuple
 
 import numpy as np
 
-from asv_env.params import HullParams, WaterParams
+from asv_env.params import WaterParams
+from asv_env.params.surroundings import CURRENTS
+from asv_env.physics.compiled import compiled
 from asv_env.types import Complex, Float
 
-
-def coefficients(hulls: Sequence[HullParams]) -> tuple[Float, Float]:
-    """Returns the linear and quadratic drag coefficients, each (B, 3), of hulls (B,)."""
-    table = np.array([(hull.surge, hull.sway, hull.yaw) for hull in hulls], dtype=np.float64)
-    return table[..., 0], table[..., 1]
+STILL, UNIFORM, GYRE, DOUBLE_GYRE = map(CURRENTS.index, ("still", "uniform", "gyre", "double_gyre"))
 
 
-def softening(linear: Float, dt_per_mass: Float) -> Float:
-    """Returns s = l / (exp(l) - 1) with l = linear * dt_per_mass; 1 without linear drag."""
-    decay = np.minimum(linear * dt_per_mass, 700.0)  # exp overflows soon after
-    return np.where(decay > 0, decay / np.where(decay > 0, np.expm1(decay), 1.0), 1.0)
+class Flow(NamedTuple):
+    """A current as compiled code takes it."""
+
+    kind: int  #: index in ``CURRENTS``
+    x: float  #: velocity of a uniform current, m/s
+    y: float
+    peak: float  #: peak speed of the gyres, m/s
+    wave_number: float  #: of the gyres, rad/m
+    phase: float  #: of the gyres along x, rad
 
 
-def damped(
-    wrench: Float,
-    velocity: Float,
-    linear: Float,
-    quadratic: Float,
-    dt_per_mass: Float,
-    softening: Float,
-    out: Float | None = None,
-) -> Float:
-    """Returns the total wrench whose explicit step has the effect of ``wrench`` and drag.
-
-    Args:
-        wrench: (..., 3) surge N, sway N, yaw N m of all other forces.
-        velocity: (..., 3) surge m/s, sway m/s, yaw rate rad/s relative to the water.
-        linear: (..., 3) linear drag coefficients.
-        quadratic: (..., 3) quadratic drag coefficients.
-        dt_per_mass: (..., 3) physics step over effective mass, mass and inertia.
-        softening: (..., 3) result of the function of that name.
-        out: (..., 3) receives the result, if given.
-    """
-    coefficient = np.abs(velocity)
-    coefficient *= quadratic
-    coefficient += linear
-    total = np.multiply(coefficient, velocity, out=out)
-    np.subtract(wrench, total, out=total)
-    coefficient *= dt_per_mass
-    coefficient += softening
-    total /= coefficient
-    return total
+def flow(params: WaterParams) -> Flow:
+    """Returns the current of these parameters."""
+    speed, heading = params.current_speed, params.current_heading
+    phase = 0.0 if params.current == "double_gyre" else math.pi / 2
+    return Flow(
+        CURRENTS.index(params.current),
+        *(speed * math.cos(heading), speed * math.sin(heading)),
+        *(speed, math.pi / params.gyre_size, phase),
+    )
 
 
-def current(params: WaterParams, position: Complex) -> Complex:
-    """Returns the velocity of the water (...,) at positions x + iy (...,), m/s.
+@compiled
+def velocity(flow: Flow, x: float, y: float) -> tuple[float, float]:
+    """Returns the velocity of the water at a point, m/s.
 
     The gyres are steady and free of divergence, with stream functions proportional to
     cos(pi x/s) cos(pi y/s) (one vortex round the origin) and sin(pi x/s) cos(pi y/s) (two
     vortices with a jet along +y through the origin between them), where s is the cell size. The
     peak speed is ``current_speed``.
     """
-    flow = np.zeros(position.shape, dtype=np.complex128)
-    if params.current == "uniform":
-        flow += params.current_speed * np.exp(1j * params.current_heading)
-    elif params.current != "still":
-        k = np.pi / params.gyre_size
-        shift = 0.0 if params.current == "double_gyre" else np.pi / 2
-        x, y = k * position.real + shift, k * position.imag
-        flow.real = params.current_speed * np.sin(x) * np.sin(y)
-        flow.imag = params.current_speed * np.cos(x) * np.cos(y)
-    return flow
+    if flow.kind == STILL:
+        return 0.0, 0.0
+    if flow.kind == UNIFORM:
+        return flow.x, flow.y
+    a, b = flow.wave_number * x + flow.phase, flow.wave_number * y
+    return flow.peak * math.sin(a) * math.sin(b), flow.peak * math.cos(a) * math.cos(b)
+
+
+@compiled
+def _fill(flow: Flow, positions: Complex, velocities: Complex) -> None:
+    for i in range(len(positions)):
+        x, y = velocity(flow, positions[i].real, positions[i].imag)
+        velocities[i] = complex(x, y)
+
+
+def current(params: WaterParams, position: Complex) -> Complex:
+    """Returns the velocity of the water (...,) at positions x + iy (...,), m/s."""
+    velocities = np.zeros(position.shape, dtype=np.complex128)
+    if params.current != "still":
+        points = np.ascontiguousarray(position, dtype=np.complex128).reshape(-1)
+        _fill(flow(params), points, velocities.reshape(-1))
+    return velocities
+
+
+@compiled
+def softening(decay: float) -> float:
+    """Returns s = l / (exp(l) - 1) of l = dt linear / m; 1 without linear drag."""
+    if decay <= 0.0:
+        return 1.0
+    decay = min(decay, 700.0)  # exp overflows soon after
+    return decay / math.expm1(decay)
+
+
+@compiled
+def damped(
+    speed: float, force: float, dt_per_mass: float, linear: float, quadratic: float, soft: float
+) -> float:
+    """Returns a speed along one axis after a step under drag and all other forces.
+
+    Args:
+        speed: relative to the water, m/s or rad/s.
+        force: sum of all other forces, N or N m.
+        dt_per_mass: duration of the step over effective mass, s/kg, or inertia, s/(kg m^2).
+        linear: linear drag coefficient.
+        quadratic: quadratic drag coefficient.
+        soft: ``softening(dt_per_mass * linear)``.
+    """
+    drag = dt_per_mass * (linear + quadratic * abs(speed))
+    return (soft * speed + dt_per_mass * force) / (soft + drag)
+
+
+def softenings(decay: Float) -> Float:
+    """Returns ``softening`` of an array (...)."""
+    return np.vectorize(softening, otypes=[np.float64])(decay)

@@ -12,7 +12,6 @@ import numpy as np
 
 from asv_env.geometry import direction, xy
 from asv_env.params import EnvParams
-from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.tasks.termination import hold_ticks
 from asv_env.types import Bool, Float, Observation, State
 
@@ -39,8 +38,10 @@ def _pose(pose: Float, params: EnvParams) -> list[Float]:
 
 
 def _motion(motion: Float, params: EnvParams) -> Float:
-    velocity = [motion[..., 3] / FULL_SPEED, motion[..., 4] / FULL_SPEED]
-    return np.stack([*_pose(motion, params), *velocity, motion[..., 5] / FULL_YAW_RATE], axis=-1)
+    boat = params.boat
+    velocity = [motion[..., 3] / boat.full_speed, motion[..., 4] / boat.full_speed]
+    turning = motion[..., 5] / boat.full_yaw_rate
+    return np.stack([*_pose(motion, params), *velocity, turning], axis=-1)
 
 
 def _task(state: State, params: EnvParams) -> Float:

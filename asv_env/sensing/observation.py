@@ -16,7 +16,6 @@ import numpy as np
 
 from asv_env.checks import COMPLEX, REAL, FunctionError, values
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
 from asv_env.registry import Registry
 from asv_env.sensing.view import NEIGHBOURS, View, nearest_boats
 from asv_env.tasks.formation import Relations
@@ -30,7 +29,11 @@ FINE_ANGLE = 0.1  #: angle at which magnified features saturate, rad
 FINE_SPEED = 0.04  #: speed of the vessel at which magnified features saturate, m/s
 FINE_YAW_RATE = 0.15  #: yaw rate of the vessel at which magnified features saturate, rad/s
 VERSION = 2  #: of what features mean; grows where a trained policy would be misled
-LENGTH = None  #: scale of features in vessel lengths
+LENGTH, SPEED, YAW_RATE = "length", "speed", "yaw_rate"
+"""Scales from parameters: the vessel's length, speed and yaw rate of a full tracking action."""
+SCALES = (LENGTH, SPEED, YAW_RATE)
+Units = tuple[float, float, float]  #: what these scales are, m, m/s, rad/s
+Scale = float | str  #: divisor of a column: a number, or one of these names
 Value = Callable[[View], np.ndarray]
 """Function from a view to (W, A) or (W, 1): real for one column, complex x + iy for two; or to
 (W, A, n) for n columns."""
@@ -46,7 +49,8 @@ class Feature:
         name: name of the feature.
         value: function from a ``sensing.view.View`` to the feature in SI units, real (W, A) or
             (W, 1) for one column, complex x + iy for two, (W, A, n) for n columns.
-        scale: divisor of each column; ``LENGTH`` stands for the vessel's length.
+        scale: divisor of each column; ``LENGTH`` stands for the vessel's length, ``SPEED`` and
+            ``YAW_RATE`` for those of a full tracking action.
         bound: magnitude to which each column is clipped after scaling.
         columns: names of the columns; by default the name of the feature, with numbers for
             several.
@@ -54,7 +58,7 @@ class Feature:
 
     name: str
     value: Value
-    scale: tuple[float | None, ...]
+    scale: tuple[Scale, ...]
     bound: tuple[float, ...]
     columns: tuple[str, ...] = ()
 
@@ -62,7 +66,7 @@ class Feature:
         for name in ("scale", "bound", "columns"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         width = len(self.scale)
-        numbers = [*self.bound, *(one for one in self.scale if one is not LENGTH)]
+        numbers = [*self.bound, *(one for one in self.scale if one not in SCALES)]
         usable = all(np.isfinite(number) and number for number in numbers)
         if not width or len(self.bound) != width or not usable:
             raise ValueError(
@@ -89,12 +93,12 @@ def _built_in(name: str) -> Feature:
     return next(one for one in DEFAULT if one.name == name)
 
 
-def scalar(name: str, scale: float | None, bound: float, value: Value) -> Feature:
+def scalar(name: str, scale: Scale, bound: float, value: Value) -> Feature:
     """Returns a feature of one column, ``value`` / ``scale`` clipped to +-``bound``."""
     return Feature(name, value, (scale,), (bound,), (name,))
 
 
-def vector(name: str, scale: float | None, bound: float, value: Value) -> Feature:
+def vector(name: str, scale: Scale, bound: float, value: Value) -> Feature:
     """Returns a feature of two columns, x and y, from a complex ``value`` x + iy."""
     return Feature(name, value, (scale,) * 2, (bound,) * 2, (f"{name}_x", f"{name}_y"))
 
@@ -105,21 +109,21 @@ def _vessel_velocity(v: View) -> np.ndarray:
 
 DEFAULT = (
     # Vectors in the boat's frame, or relative to the slot.
-    vector("own_velocity", FULL_SPEED, FAST, lambda v: v.relations.velocity[:, 1:] * v.to_boat),
+    vector("own_velocity", SPEED, FAST, lambda v: v.relations.velocity[:, 1:] * v.to_boat),
     vector("slot", LENGTH, FAR, lambda v: v.slot),
     vector("slot_fine", FINE, 1.0, lambda v: v.slot),
     vector("slot_alignment", 1.0, 1.0, lambda v: v.relations.alignment),
     # Vectors in the vessel's frame.
     vector("own_position", LENGTH, FAR, lambda v: v.relations.boat),
     vector("slot_position", LENGTH, FAR, lambda v: v.sensed.slot),
-    vector("vessel_velocity", FULL_SPEED, FAST, _vessel_velocity),
+    vector("vessel_velocity", SPEED, FAST, _vessel_velocity),
     vector("goal", LENGTH, FAR, lambda v: v.relations.goal[:, None]),
     vector("goal_fine", FINE, 1.0, lambda v: v.relations.goal[:, None]),
     vector("goal_direction", 1.0, 1.0, lambda v: v.relations.goal_turn[:, None]),
     vector("vessel_velocity_fine", FINE_SPEED, 1.0, _vessel_velocity),
     # Scalars.
-    scalar("own_yaw_rate", FULL_YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, 1:]),
-    scalar("vessel_yaw_rate", FULL_YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, :1]),
+    scalar("own_yaw_rate", YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, 1:]),
+    scalar("vessel_yaw_rate", YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, :1]),
     scalar("touches_vessel", 1.0, 1.0, lambda v: v.sensed.touching[..., 0]),
     scalar("touches_other", 1.0, 1.0, lambda v: v.sensed.touching[..., 1]),
     scalar("thrusters_work", 1.0, 1.0, lambda v: v.sensed.working),
@@ -132,7 +136,7 @@ DEFAULT = (
     Feature(
         "neighbours",
         nearest_boats,
-        (LENGTH, LENGTH, FULL_SPEED, FULL_SPEED, 1.0) * NEIGHBOURS,
+        (LENGTH, LENGTH, SPEED, SPEED, 1.0) * NEIGHBOURS,
         (FAR, FAR, FAST, FAST, 1.0) * NEIGHBOURS,
         tuple(
             f"neighbour_{k + 1}_{name}"
@@ -145,6 +149,11 @@ FEATURES: Registry[Feature] = Registry(
     "feature", {one.name: one for one in DEFAULT}, lambda thing: isinstance(thing, Feature)
 )
 """Features by name, in the order in which they are observed by default."""
+
+
+def units(params: EnvParams) -> Units:
+    """Returns what ``SCALES`` are, m, m/s and rad/s."""
+    return params.vessel.length, params.boat.full_speed, params.boat.full_yaw_rate
 
 
 def features(params: EnvParams) -> Features:
@@ -194,7 +203,7 @@ def observe(
     occupy their slots by them.
     """
     view = View(sensed, relations, occupied, params)
-    layout, factors, bound = _layout(features, *sensed.slot.shape, params.vessel.length)
+    layout, factors, bound = _layout(features, *sensed.slot.shape, units(params))
     columns = np.zeros((*sensed.slot.shape, len(bound)))
     for feature, place, forms in layout:
         value = values(forms, KIND, feature.name, feature.value, view)
@@ -216,16 +225,18 @@ def observe(
 
 @lru_cache(maxsize=128)
 def _layout(
-    features: Features, worlds: int, team: int, length: float
+    features: Features, worlds: int, team: int, units: Units
 ) -> tuple[tuple[tuple[Feature, slice, Forms], ...], Float, Observation]:
     """Returns where the columns of each feature are and what its values may be, for W worlds.
 
-    Factors on all columns (K,), for a vessel of this length in m, and their bounds (K,) follow.
+    Factors on all columns (K,), for these ``units``, and their bounds (K,) follow.
     """
     ends = np.cumsum([len(one.scale) for one in features]).tolist()
     places = (slice(end - len(one.scale), end) for one, end in zip(features, ends, strict=True))
     forms = (_forms(worlds, team, len(one.scale)) for one in features)
-    factors: Float = 1.0 / np.array([scale or length for one in features for scale in one.scale])
+    sizes: dict[Scale, float] = dict(zip(SCALES, units, strict=True))
+    scales = [sizes.get(scale, scale) for one in features for scale in one.scale]
+    factors: Float = 1.0 / np.array(scales, dtype=np.float64)
     factors.setflags(write=False)
     return tuple(zip(features, places, forms, strict=True)), factors, bounds(features)
 

@@ -50,11 +50,11 @@ def _table(params: EnvParams) -> tuple[Float, Float]:
     (vessel, boat), team = params.hulls(), params.num_boats
     slow = params.task.speed_tolerance
     speed = np.linspace(slow, max(vessel_speed(params), slow), SPEEDS)
-    mass = vessel.total_mass + team * boat.total_mass
+    mass = vessel.masses[1] + team * boat.masses[0]
     gains = 2 * team * boat.thrust / mass
     linear, quadratic = vessel.sway
     ratio = speed / slow * (linear + quadratic * slow) / (linear + quadratic * speed)
-    coasting = vessel.total_mass / linear * np.log(ratio)
+    coasting = vessel.masses[1] / linear * np.log(ratio)
     pushed = speed**2 / (2 * gains)
     coasted = coasting_distance(vessel, speed) - coasting_distance(vessel, slow)
     return pushed + coasted, speed / gains + coasting

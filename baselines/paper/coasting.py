@@ -27,8 +27,8 @@ def coasting_speed(hull: HullParams, distance: ArrayLike) -> Float:
     linear, quadratic = hull.sway
     distance = np.asarray(distance, dtype=np.float64)
     if quadratic == 0:
-        return distance * linear / hull.total_mass
-    exponent = np.minimum(distance * quadratic / hull.total_mass, LARGEST_EXPONENT)
+        return distance * linear / hull.masses[1]
+    exponent = np.minimum(distance * quadratic / hull.masses[1], LARGEST_EXPONENT)
     return linear / quadratic * np.expm1(exponent)
 
 
@@ -37,5 +37,5 @@ def coasting_distance(hull: HullParams, speed: ArrayLike) -> Float:
     linear, quadratic = hull.sway
     speed = np.asarray(speed, dtype=np.float64)
     if quadratic == 0:
-        return speed * hull.total_mass / linear
-    return hull.total_mass / quadratic * np.log1p(speed * quadratic / linear)
+        return speed * hull.masses[1] / linear
+    return hull.masses[1] / quadratic * np.log1p(speed * quadratic / linear)

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from asv_env.geometry import wrap, xy
-from asv_env.params import TINY, EnvParams
-from asv_env.physics.autopilot import SCALE, Autopilot
-from asv_env.physics.thrusters import MIX
+from asv_env.geometry import wrap
+from asv_env.params import EnvParams
+from asv_env.physics import autopilot, thrusters
 from asv_env.tasks.formation import Relations
 from asv_env.types import Action, Complex, Float
 from baselines.paper import braitenberg
@@ -24,7 +23,7 @@ class WheelCommands:
     def __init__(self, params: EnvParams, gain: float) -> None:
         self._tracking = params.action_mode == "tracking"
         self._boat, self._gain = params.hulls()[1], gain
-        self._autopilot = Autopilot(self._boat)
+        self._scale = autopilot.scale(self._boat)
 
     def action(
         self, relations: Relations, steering: Steering, flip: Float, memory: Memory
@@ -49,13 +48,11 @@ class WheelCommands:
     def _tracked(self, bow: Complex, steering: Steering) -> Float:
         """Returns tracking actions (W, A, 2) that follow Eq (3)."""
         turn = wrap(braitenberg.desired_heading(*steering[:3]) - np.angle(bow))
-        return np.stack([steering.speed, self._gain * turn], axis=-1) / SCALE
+        return np.stack([steering.speed, self._gain * turn], axis=-1) / self._scale
 
     def _coasting(self, velocity: Float) -> Float:
         """Returns tracking actions (W, A, 2) at which the motors of moving boats hardly run."""
-        size = np.maximum(np.abs(velocity), TINY)
-        demand = self._autopilot.demand_at_rest(size / SCALE)
-        return velocity / SCALE * self._autopilot.gains * size / demand
+        return autopilot.coasting(velocity, self._boat) / self._scale
 
     def _driven(self, bow: Complex, steering: Steering, velocity: Float, memory: Memory) -> Float:
         """Returns thruster commands (W, A, 2) for the wheel speeds of the last tick."""
@@ -65,7 +62,4 @@ class WheelCommands:
         memory.wheels = np.stack(commanded, axis=-1)
         left, right = applied[..., 0], applied[..., 1]
         wanted = np.stack([(left + right) / 2, (right - left) / (2 * arm)], axis=-1)
-        demand = self._autopilot.demand_at_rest(wanted / SCALE) - self._autopilot.gains * velocity
-        thrust = xy(MIX * (demand[..., 0] + 1j * demand[..., 1]))
-        full = self._boat.thrust * np.where(thrust < 0, self._boat.astern, 1.0)
-        return thrust / full
+        return thrusters.signals(autopilot.efforts(velocity, wanted, self._boat), self._boat)

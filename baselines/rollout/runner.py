@@ -46,7 +46,7 @@ def run(
     left, recorder = dict.fromkeys(seeds), partial(_Recorder, params, label, record)
 
     def episodes_of(seeds: Sequence[int], worlds: int) -> Iterator[PoseLog]:
-        simulation = Simulation(params, min(worlds, len(seeds)), worlds_per_space=1)
+        simulation = Simulation(params, min(worlds, len(seeds)), num_threads=1)
         for log in _run(Guard(make_policy, params), simulation, seeds, recorder):
             del left[log.episode.seed]
             yield log

@@ -43,7 +43,7 @@ class GraspController:
         self._path = ApproachPath(vessel.length, vessel.width, clearance, reach, gains.sigma)
         self._row = highest + self._boat.length
         sway_damping = self._boat.sway[0] + self._boat.sway[1] * gains.descent_speed
-        self._sway_time = self._boat.total_mass / sway_damping
+        self._sway_time = self._boat.masses[1] / sway_damping
 
     def act(
         self,

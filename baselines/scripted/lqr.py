@@ -45,7 +45,7 @@ class PreviewLqr:
         efforts = np.array([tolerances.force or 1.0, scale**2 * tolerances.moment])
         control_cost = np.diag(efforts**-2)
         control = np.zeros((4, 2))
-        control[2, 0] = (tolerances.force > 0) / vessel.total_mass
+        control[2, 0] = (tolerances.force > 0) / vessel.masses[0]
         control[3, 1] = 1.0 / vessel.total_inertia
         step = scale * PREVIEW_STEP
         self.preview_times: Float = step * (np.arange(PREVIEW_POINTS) + 0.5)  # from now, s
@@ -53,7 +53,7 @@ class PreviewLqr:
         self._preview = np.zeros((len(SPEEDS), 2, PREVIEW_POINTS))
         weighted = np.linalg.solve(control_cost, control.T)
         hull = vessel.linearised(SLIP, YAW_RATE)
-        surge, yaw = hull.surge[0] / vessel.total_mass, hull.yaw[0] / vessel.total_inertia
+        surge, yaw = hull.surge[0] / vessel.masses[0], hull.yaw[0] / vessel.total_inertia
         for i, speed in enumerate(SPEEDS):
             position = [0.0, speed, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]
             velocity = [0.0, 0.0, -surge, -speed], [0.0, 0.0, 0.0, -yaw]

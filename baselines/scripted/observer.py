@@ -54,7 +54,7 @@ class VesselObserver:
         angular = steady_gain(YAW_ACCELERATION / scale, *angular_noise, self._dt)
         self._gains = np.stack([linear, linear, angular], axis=-1)
         hull = self._vessel.linearised(SLIP, 0.0)
-        decay = (hull.sway[0] + hull.surge[0]) / 2 / self._vessel.total_mass
+        decay = (hull.sway[0] + hull.surge[0]) / 2 / self._vessel.masses[1]
         self._drift_gain = drift_gain(FREE_ACCELERATION, decay, *linear_noise, self._dt)
 
     def restart(self, sensed: Sensed, memory: VesselMemory, which: Bool) -> None:
@@ -85,7 +85,7 @@ class VesselObserver:
         heading = np.exp(1j * motion[:, 2])
         velocity, yaw_rate = (plane(motion, 3) - memory.drift) * heading.conj(), motion[:, 5]
         resistance = drag(vessel.surge, velocity.real) + 1j * drag(vessel.sway, velocity.imag)
-        linear = heading * (memory.force - resistance) / vessel.total_mass
+        linear = heading * (memory.force - resistance) / vessel.masses[1]
         angular = (memory.moment - drag(vessel.yaw, yaw_rate)) / vessel.total_inertia
         return np.stack([linear.real, linear.imag, angular], axis=-1)
 

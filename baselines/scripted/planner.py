@@ -71,7 +71,7 @@ class PathPlanner:
         wanted = self.speed(remaining)
         resistance = drag(self._vessel.sway, wanted)
         resistance *= np.where(wanted < self.gains.speed, 1 - self.gains.braking, 1.0)
-        return resistance + gain * self._vessel.total_mass * (wanted - speed)
+        return resistance + gain * self._vessel.masses[1] * (wanted - speed)
 
     def time(self, remaining: Float) -> Float:
         """Returns the time (...) s that the vessel needs for the path lengths (...) in m left."""

@@ -81,7 +81,7 @@ class PushController:
         """Returns speed and yaw offset (W, A) of side boats, which exert ``force`` (W, A) N."""
         gains, boat, forward = self._gains, self._boat, -hull.imag
         sway_damping = boat.sway[0] + boat.sway[1] * np.abs(hull.real)
-        sway_force = boat.total_mass * yaw_rate * forward + sway_damping * hull.real
+        sway_force = boat.masses[0] * yaw_rate * forward + sway_damping * hull.real
         per_offset = np.maximum(force, 0.0) + np.maximum(drag(boat.surge, forward), 0.0)
         per_offset += sway_damping * np.maximum(forward, 0.0)
         # A yaw offset takes away some of the friction by which boats hinder the hull's turning.
@@ -90,7 +90,7 @@ class PushController:
         offset = np.clip(to_place, -MAX_PLACE_OFFSET, MAX_PLACE_OFFSET)
         offset += np.clip(friction, -MAX_FRICTION_OFFSET, MAX_FRICTION_OFFSET)
         speed = forward + gains.gap_gain * np.maximum(-gap.imag, 0.0)
-        return speed * np.cos(offset) + force / (boat.total_mass * bandwidth(boat)), offset
+        return speed * np.cos(offset) + force / (boat.masses[0] * bandwidth(boat)), offset
 
     def _end_command(
         self, gap: Complex, hull: Complex, yaw_rate: Float, end: Float, force: Float
@@ -99,7 +99,7 @@ class PushController:
         gains, boat = self._gains, self._boat
         forward = np.maximum(-hull.imag, LEAST_SPEED)
         course = np.arctan2(hull.real + gains.lateral_gain * gap.real, forward)
-        drift_angle = boat.total_mass * yaw_rate / max(boat.sway[0], LEAST_FORCE)
+        drift_angle = boat.masses[0] * yaw_rate / max(boat.sway[0], LEAST_FORCE)
         per_offset = (boat.sway[0] + boat.sway[1] * LEAST_SPEED) * forward
         per_offset = per_offset + np.maximum(drag(boat.surge, -hull.imag), LEAST_FORCE)
         press = np.maximum(-force[:, None] * end, 0.0) + gains.min_end_force

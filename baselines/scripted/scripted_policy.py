@@ -65,6 +65,7 @@ class ScriptedPolicy:
                 "'tracking', forward speed and yaw rate; make the environment with it"
             )
         self._has_goal = params.definition.has_goal
+        self._scale = autopilot.scale(params.boat)
         self._lost = LOST * params.vessel.length
         self._observer = VesselObserver(params)
         self._grasp = GraspController(params, grasp)
@@ -106,5 +107,5 @@ class ScriptedPolicy:
                 put_rows(memory.vessel, where, here[2])
                 put_rows(own, where, here[3])
         command[..., 1] *= side[:, None]
-        action = np.clip(command / autopilot.SCALE, -1.0, 1.0)
+        action = np.clip(command / self._scale, -1.0, 1.0)
         return action.astype(np.float32), memory

@@ -1,0 +1,39 @@
+"""Compilation of the laws: scalar functions that Numba turns into machine code, cached on disk.
+
+A law is written once, in scalars, as its equation stands in the books. The kernel calls it from
+compiled loops, tests call it from Python.
+"""
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+
+Law = TypeVar("Law", bound=Callable[..., Any])
+
+
+def compiled(law: Law) -> Law:
+    """Compiles a function at its first call; it runs without the interpreter's lock.
+
+    The machine code is kept beside the source, or in the user's cache where that folder cannot be
+    written to. Where neither can, each process compiles anew. Numba takes code from its cache as
+    long as the function's own file is the same; here any change of the package counts, because
+    laws call each other across files.
+    """
+    try:
+        dispatcher = numba.njit(nogil=True, cache=True, error_model="numpy")(law)
+    except RuntimeError:  # Numba finds no folder for its cache.
+        return cast(Law, numba.njit(nogil=True, error_model="numpy")(law))
+    index = cast(Any, dispatcher)._cache._cache_file
+    index._source_stamp = index._source_stamp, _stamp()
+    return cast(Law, dispatcher)
+
+
+@cache
+def _stamp() -> str:
+    """Returns a hash of the sources of all laws, and of what they are compiled with."""
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()

@@ -1,0 +1,214 @@
+"""The loop that advances worlds: water, motors and autopilots of all hulls, then Pymunk's step.
+
+Pymunk knows one mass of a hull and moves it by forces. So each hull gets the force by which its
+velocity after the step, but for contact, is that of the manoeuvring model. Pymunk first moves the
+hulls by their velocities and then changes these, so the model's velocity is turned by the angle
+that the hull turns in the step, and is relative to the water where the hull will be.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from asv_env.physics import native
+from asv_env.physics.autopilot import Axis, effort, referred
+from asv_env.physics.compiled import compiled
+from asv_env.physics.exchange import IDS
+from asv_env.physics.hull import Hulls, advanced
+from asv_env.physics.native import (
+    EACH_BODY,
+    EACH_CONTACT,
+    READ_BODY,
+    READ_CONTACT,
+    STEP,
+    WRITE_BODY,
+)
+from asv_env.physics.shelter import Cover, shelter
+from asv_env.physics.thrusters import Drive, Motors, allocated, driven, signal_for
+from asv_env.physics.water import STILL, Flow, velocity
+from asv_env.types import Bool, Float, Int
+
+
+class Wires(NamedTuple):
+    """Connections of the worlds to their Spaces; ``T`` threads have their own requests."""
+
+    functions: Int  #: ``native.FUNCTIONS``
+    space: Int  #: (W,) addresses of the Spaces
+    read: Int  #: (W,) addresses of the requests that fill ``motion``
+    write: Int  #: (W,) addresses of the requests that take ``wrench``
+    read_count: np.ndarray  #: (W, 4) int32, column 0 counts the numbers read
+    write_count: np.ndarray  #: (W, 4) int32, column 0 counts the numbers written
+    body_id: Int  #: (W, B) Pymunk's numbers of the hulls
+    contact: Int  #: (T,) addresses of the requests for contacts
+    impulse_count: np.ndarray  #: (T, 4) int32, column 0 counts the numbers in ``impulse``
+    id_count: np.ndarray  #: (T, 4) int32, column 0 counts the numbers in ``contact_id``
+    impulse: Float  #: (T, n) receives x and y of the impulse of each contact, N s
+    contact_id: Int  #: (T, k) receives both bodies' numbers and the number of points
+
+
+class Plant(NamedTuple):
+    """Everything that acts on the hulls."""
+
+    contact_mass: Float  #: (W, B) mass that Pymunk knows, kg
+    hulls: Hulls
+    motors: Motors
+    drive: Drive
+    surge: Axis
+    yaw: Axis
+    reference: Float  #: (W, A, 2) reference of the autopilots, m/s and rad/s
+    flow: Flow
+    cover: Cover
+    dt: float  #: duration of a physics step, s
+    tracking: bool  #: whether actions are set-points of the autopilot, else signals of the motors
+
+
+class Bodies(NamedTuple):
+    """Motion of the hulls and what is exchanged with Pymunk, which needs spare rows."""
+
+    motion: Float  #: (W, B + 2, 6) world frame; headings are not wrapped
+    wrench: Float  #: (W, B + 3, 3) world frame, N, N, N m
+    touching: Bool  #: (W, A, 2) whether a hull touches the vessel, another boat or a wall
+    contact_force: Float  #: (W, A) mean force between boat and vessel in the steps, N
+
+
+@compiled
+def steered(
+    plant: Plant, world: int, boat: int, speed: float, yaw_rate: float, action: Float, works: bool
+) -> tuple[float, float, float]:
+    """Advances autopilot and motors of a boat by a step; returns the motors' wrench.
+
+    ``speed`` over ground ahead, m/s, and ``yaw_rate``, rad/s, are those of the boat.
+    """
+    left, right = 0.0, 0.0
+    reference = plant.reference[world, boat]
+    if not works:
+        reference[0], reference[1] = speed, yaw_rate
+    elif plant.tracking:
+        reference[0], acceleration = referred(reference[0], action[0], plant.surge, plant.dt)
+        force = effort(speed, reference[0], acceleration, plant.surge)
+        reference[1], acceleration = referred(reference[1], action[1], plant.yaw, plant.dt)
+        moment = effort(yaw_rate, reference[1], acceleration, plant.yaw)
+        wanted = allocated(force, moment, plant.drive)
+        left, right = signal_for(wanted[0], plant.drive), signal_for(wanted[1], plant.drive)
+    else:
+        left, right = action[0], action[1]
+    return driven(plant.motors, plant.drive, world, boat, left, right)
+
+
+@compiled
+def push(
+    plant: Plant, bodies: Bodies, world: int, action: Float, working: Bool, factors: Float
+) -> None:
+    """Writes the wrench of the next step on all hulls of a world into ``bodies.wrench``."""
+    dt = plant.dt
+    motion, wrench = bodies.motion[world], bodies.wrench[world]
+    count = len(working) + 1
+    if plant.cover.share > 0.0:
+        shelter(plant.cover, motion[:count], factors)
+    for body in range(count):
+        x, y, heading = motion[body, 0], motion[body, 1], motion[body, 2]
+        vx, vy, r = motion[body, 3], motion[body, 4], motion[body, 5]
+        cos, sin = math.cos(heading), math.sin(heading)
+        cos_turn, sin_turn = math.cos(r * dt), math.sin(r * dt)
+        wx, wy = velocity(plant.flow, x, y)
+        u, v = cos * (vx - wx) + sin * (vy - wy), cos * (vy - wy) - sin * (vx - wx)
+        force = 0.0, 0.0, 0.0
+        if body > 0:
+            boat, speed = body - 1, cos * vx + sin * vy
+            force = steered(plant, world, boat, speed, r, action[boat], working[boat])
+        hidden = factors[body, 0], factors[body, 1]
+        u, v, turn_rate = advanced(
+            u, v, r, force, plant.hulls, world, body, hidden, cos_turn, sin_turn, dt
+        )
+        if plant.flow.kind != STILL:
+            wx, wy = velocity(plant.flow, x + dt * vx, y + dt * vy)
+        cos, sin = cos * cos_turn - sin * sin_turn, sin * cos_turn + cos * sin_turn
+        per_step = plant.contact_mass[world, body] / dt
+        wrench[body, 0] = per_step * (wx + cos * u - sin * v - vx)
+        wrench[body, 1] = per_step * (wy + sin * u + cos * v - vy)
+        wrench[body, 2] = plant.hulls.mass[world, body, 2] / dt * (turn_rate - r)
+
+
+@compiled
+def row_of(body_id: Int, number: int) -> int:
+    """Returns the row of Pymunk's number of a body; -1 of one that is no hull."""
+    guess = number - body_id[0]  # The numbers of a world usually follow each other.
+    if 0 <= guess < len(body_id) and body_id[guess] == number:
+        return guess
+    for row in range(len(body_id)):
+        if body_id[row] == number:
+            return row
+    return -1
+
+
+@compiled
+def feel(wires: Wires, bodies: Bodies, world: int, thread: int, share: float) -> None:
+    """Reads a world's contacts of the last step into ``touching`` and ``contact_force``.
+
+    ``share`` is what turns an impulse, N s, into its part of the mean force, N.
+    """
+    wires.impulse_count[thread, 0] = wires.id_count[thread, 0] = 0
+    each, visitor = wires.functions[EACH_CONTACT], wires.functions[READ_CONTACT]
+    native.visit(each, wires.space[world], visitor, wires.contact[thread])
+    found, impulse = wires.contact_id[thread], wires.impulse[thread]
+    touching, body_id = bodies.touching[world], wires.body_id[world]
+    touching[:] = False
+    for k in range(wires.id_count[thread, 0] // IDS):
+        if found[IDS * k + 2] == 0:
+            continue
+        a, b = row_of(body_id, found[IDS * k]), row_of(body_id, found[IDS * k + 1])
+        if a > 0:
+            touching[a - 1, int(b != 0)] = True
+        if b > 0:
+            touching[b - 1, int(a != 0)] = True
+        if a * b == 0 and a + b > 0:
+            size = math.hypot(impulse[2 * k], impulse[2 * k + 1])
+            bodies.contact_force[world, a + b - 1] += share * size
+
+
+@compiled
+def read(wires: Wires, world: int) -> None:
+    """Reads the motion of a world's hulls."""
+    wires.read_count[world, 0] = 0
+    each, visitor = wires.functions[EACH_BODY], wires.functions[READ_BODY]
+    native.visit(each, wires.space[world], visitor, wires.read[world])
+
+
+@compiled
+def advance(
+    first: int,
+    last: int,
+    thread: int,
+    steps: int,
+    share: float,
+    action: Float,
+    working: Bool,
+    plant: Plant,
+    bodies: Bodies,
+    wires: Wires,
+) -> None:
+    """Advances worlds ``first`` to ``last - 1`` by some physics steps under one action.
+
+    Args:
+        first: first world.
+        last: world after the last one.
+        thread: number of the thread, for what it needs alone.
+        steps: number of physics steps.
+        share: factor that turns an impulse, N s, into its part of the mean contact force, N.
+        action: (W, A, 2) in [-1, 1].
+        working: (W, A) boats whose thrusters answer.
+        plant: everything that acts on the hulls.
+        bodies: their motion, before and after; contact forces are added to what is there.
+        wires: connections to Pymunk.
+    """
+    factors = np.ones((working.shape[1] + 1, 2))
+    for world in range(first, last):
+        for _ in range(steps):
+            push(plant, bodies, world, action[world], working[world], factors)
+            wires.write_count[world, 0] = 0
+            each, visitor = wires.functions[EACH_BODY], wires.functions[WRITE_BODY]
+            native.visit(each, wires.space[world], visitor, wires.write[world])
+            native.step(wires.functions[STEP], wires.space[world], plant.dt)
+            read(wires, world)
+            feel(wires, bodies, world, thread, share)
