@@ -65,13 +65,13 @@ PRESETS: Registry[Overrides] = Registry(
         "nominal": {},
         "experiment": {
             "clock": {"physics": 100, "sensing": 20, "control": 10},
-            "task": {"goal": (0.55, -0.95, 0.1), "goal_anchor": "closure"},
+            "task": {"goal": (0.55, -0.95, 0.1), "goal_anchor": "closure", "delivery": "passing"},
         },
         "paper_simulation": {
             "clock": {"physics": 50, "sensing": 50, "control": 50},
             "water": {"drag": "linear"},
             "vessel": {"length": NOMINAL_LENGTH},
-            "task": {"goal": (0.55, -0.95, 0.1)},
+            "task": {"goal": (0.55, -0.95, 0.1), "delivery": "passing"},
         },
         "tank": {"water": {"walls": 1.5}, "task": TANK},
     },

@@ -26,6 +26,7 @@ from asv_env.tasks.task import InitialStates, Task
 from asv_env.text import shown
 from asv_env.types import (
     Bool,
+    Complex,
     Ending,
     Float,
     InitialState,
@@ -107,6 +108,7 @@ class Simulation:
             closed=none,
             contact_force=np.zeros((worlds, team)),
             occupied_ticks=np.zeros(worlds, dtype=np.int64),
+            delivered_ticks=np.zeros(worlds, dtype=np.int64),
             anchored=none,
         )
         self._ending = frozen(Ending(none, none, none))
@@ -194,7 +196,7 @@ class Simulation:
         self._relative_goal[world] = start.goal
         state.motion[world] = start.motion
         state.goal[world] = start.goal
-        state.tick[world] = state.occupied_ticks[world] = 0
+        state.tick[world] = state.occupied_ticks[world] = state.delivered_ticks[world] = 0
         state.thrust[world] = 0.0
         state.working[world] = True
         state.touching[world] = False
@@ -224,9 +226,8 @@ class Simulation:
         self._check_running()
         command = arguments.checked_action(action, self._state.thrust.shape)
         before, params = self._state, self.params
-        state = self._state = self._move(command)
-        relations = self._relations
-        flow = water.current(params.water, relations.position[:, 0])
+        state, flow = self._move(command)
+        self._state, relations = state, self._relations
         self._ending = ending = frozen(termination.ending(relations, state, flow, params))
         self._steps_over += ending.terminated | ending.truncated | (self._steps_over > 0)
 
@@ -247,8 +248,11 @@ class Simulation:
                 "simulation was made; call reset first"
             )
 
-    def _move(self, command: Float) -> State:
-        """Physics and sensing of one control step; returns the state after it."""
+    def _move(self, command: Float) -> tuple[State, Complex]:
+        """Physics and sensing of one control step.
+
+        Returns the state after it, and the velocity (W,) of the water at the vessel, m/s.
+        """
         clock, before = self.params.clock, self._state
         command = self._dynamics.delayed(command)
         force = np.zeros(before.working.shape)
@@ -260,6 +264,8 @@ class Simulation:
             self._sensors.sense(motion)
         self._relations = frozen(relate(motion, before.goal, before.slot, before.side))
         task = self.params.task
+        flow = water.current(self.params.water, self._relations.position[:, 0])
+        at_goal = termination.at_goal(self._relations, flow, task) & before.anchored
         self._occupied = formation.occupied(self._relations, task)
         formed = formation.everyone(self._occupied, before.working)
         values = {
@@ -273,8 +279,9 @@ class Simulation:
                 self._relations, formed, before.closed, before.working, task
             ),
             "occupied_ticks": (before.occupied_ticks + 1) * formed,
+            "delivered_ticks": (before.delivered_ticks + 1) * at_goal,
         }
-        return frozen(State(**values))
+        return frozen(State(**values)), flow
 
     def _change_roles(self) -> None:
         """Applies failures, new slots and the anchoring of goals from the next step on."""

@@ -77,6 +77,7 @@ class State(Situation):
     #: (W, A) mean size of the force between boat and vessel since the last tick, N
     contact_force: Float
     occupied_ticks: Int  #: (W,) control ticks for which every slot was occupied without a break
+    delivered_ticks: Int  #: (W,) control ticks for which the vessel was at its goal without a break
 
 
 @dataclass(frozen=True)

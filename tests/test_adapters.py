@@ -102,10 +102,10 @@ ADAPTERS = {
 adapters = pytest.mark.parametrize("run", ADAPTERS.values(), ids=ADAPTERS.keys())
 
 # The vessel lies on its goal; a boat leaves the arena; time is up; success as time is up.
-DELIVERED = ("push", IDLE, {"goal": (0.0, 0.0, 0.0)})
+DELIVERED = ("push", IDLE, {"goal": (0.0, 0.0, 0.0), "delivery_time": 0.3})
 STRAYED = ("approach", AHEAD, {"arena": 1.52})
 TIMED_OUT = ("push", AHEAD, {"time_limit": 0.7, "goal": (1.0, 0.0, 0.0)})
-DELIVERED_AT_LAST = ("push", IDLE, {"goal": (0.0, 0.0, 0.0), "time_limit": 0.1})
+DELIVERED_AT_LAST = ("push", IDLE, {**DELIVERED[2], "time_limit": 0.3})
 
 
 @adapters

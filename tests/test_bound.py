@@ -29,7 +29,7 @@ def test_top_speeds_are_those_at_which_drag_takes_all_thrust():
 def test_a_push_with_drag_from_the_start_is_slower_by_a_little(peak):
     """Integrates a push up to a speed, and the coasting from it."""
     vessel, boat = PARAMS.hulls()
-    slow = PARAMS.task.speed_tolerance
+    slow = bound.slow_speed(PARAMS)
 
     def moves(mass, force, boats):
         linear, quadratic = np.array(vessel.sway) + boats * np.array(boat.surge)

@@ -72,7 +72,7 @@ def test_every_agent_has_its_own_terms_and_the_metrics_of_all(task: str) -> None
 
 
 def test_metrics_of_an_episode_are_those_so_far_and_begin_again() -> None:
-    env = asv_env.JointEnv("push", 2, time_limit=0.5, goal=(0.0, 0.0, 0.0))
+    env = asv_env.JointEnv("push", 2, time_limit=0.5, goal=(0.0, 0.0, 0.0), delivery_time=0.1)
     _, info = env.reset(seed=0)
     assert (info["is_success"], info["time_to_goal"], info["effort"]) == (False, np.inf, 0.0)
     *_, info = env.step(np.zeros((2, 2)))

@@ -95,7 +95,7 @@ POSITIVE = {
     "sensors": "acceleration yaw_acceleration vessel_acceleration vessel_yaw_acceleration",
     "clock": "physics sensing control",
     "task_params": "arena time_limit position_tolerance heading_tolerance speed_tolerance "
-    "yaw_rate_tolerance slot_distance slot_angle slot_speed",
+    "yaw_rate_tolerance passing_speed passing_yaw_rate slot_distance slot_angle slot_speed",
 }
 
 
@@ -355,7 +355,9 @@ def test_nominal_task_is_that_of_the_design():
     assert task.start_distance == approx((0.5, 1.5))
     assert (task.start_spacing, task.arena) == (1.5, 3.0)
     assert (task.position_tolerance, task.heading_tolerance) == (0.05, 0.1)
-    assert (task.speed_tolerance, task.yaw_rate_tolerance) == (0.01, 0.05)
+    assert (task.delivery, task.delivery_time) == ("holding", 3.0)
+    assert (task.speed_tolerance, task.yaw_rate_tolerance) == (0.002, 0.01)
+    assert (task.passing_speed, task.passing_yaw_rate) == (0.01, 0.05)
     assert (task.slot_distance, task.slot_angle, task.slot_speed) == (0.03, 0.3, 0.02)
     assert (task.hold_time, task.end_gap) == (1.0, 0.005)
     assert (task.side, task.goal_anchor) == ("+n", "world")

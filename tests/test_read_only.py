@@ -176,7 +176,8 @@ def test_floating_point_settings_of_the_user_change_nothing(state):
 
 
 def test_metrics_of_the_last_episode_do_not_show_in_the_next():
-    simulation = Simulation(make_params("push", goal=(0.0, -0.01, 0.0)), 2)
+    params = make_params("push", goal=(0.0, -0.01, 0.0), delivery_time=0.1)
+    simulation = Simulation(params, 2)
     simulation.reset(seeds=[0, 1])
     assert simulation.step(np.zeros((2, 4, 2))).ending.reached.all()
     assert simulation.summary()["is_success"].all()

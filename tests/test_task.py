@@ -17,7 +17,6 @@ from asv_env.simulation import Simulation
 from asv_env.tasks import formation, reward, starts
 from asv_env.tasks.formation import relate
 from asv_env.tasks.reward import Transition
-from asv_env.tasks.termination import delivered
 from asv_env.types import Ending
 
 approx = pytest.approx
@@ -260,67 +259,7 @@ def test_closure_is_lost_when_a_boat_leaves_and_counted():
     assert sim.summary()["closure_lost"] == 1
 
 
-# ------------------------------------------------------------------ delivery and ends
-
-SETTLED = np.array([0.03, -0.03, 0.09, 0.005, -0.004, 0.04])
-"""Motion of a vessel that is delivered to the origin: close, slow, and going away."""
-NO_SLOTS = np.zeros((1, 1), dtype=complex)
-
-
-def is_delivered(vessel, water=0j, goal=(0.6, -0.9, 0.4)):
-    """Whether a motion (6,) seen from the goal counts as a delivery."""
-    motion = turned(bodies(vessel, (2, 2)), goal[2], goal[0] + 1j * goal[1])
-    relations = relate(motion[None], np.array([goal]), NO_SLOTS, np.ones(1))
-    water = np.array([water * np.exp(1j * goal[2])])
-    return bool(delivered(relations, water, make_params().task)[0])
-
-
-def test_vessel_close_settled_and_no_longer_nearing_is_delivered():
-    assert is_delivered(SETTLED)
-    assert is_delivered(np.zeros(6))
-
-
-@pytest.mark.parametrize(
-    "broken",
-    [
-        {0: 0.042},
-        {1: -0.042},
-        {2: 0.11},
-        {2: -0.11},
-        {2: np.pi},
-        {3: 0.012},
-        {4: -0.012},
-        {5: 0.06},
-        {5: -0.06},
-        {3: -0.005, 4: 0.004},
-    ],
-    ids=str,
-)
-def test_each_condition_alone_breaks_a_delivery(broken):
-    vessel = SETTLED.copy()
-    vessel[list(broken)] = list(broken.values())
-    assert not is_delivered(vessel)
-
-
-def test_delivery_is_slow_through_the_local_water_not_over_the_ground():
-    drifting = SETTLED + np.array([0, 0, 0, 0.03, 0, 0])
-    assert not is_delivered(drifting)
-    assert is_delivered(drifting, water=0.03)
-    assert not is_delivered(SETTLED, water=0.03)
-
-
-@pytest.mark.parametrize("task", ["push", "transport"])
-def test_delivery_ends_the_episode_in_success(task):
-    sim = begun(make_params(task, goal=(0, -0.04, 0.05)))
-    ending = step(sim).ending
-    assert ending.reached.all()
-    assert ending.terminated.all()
-    assert not ending.truncated.any()
-    summary = sim.summary()
-    assert summary["is_success"].all()
-    assert summary["position_error"] == approx(0.04)
-    assert summary["heading_error"] == approx(-0.05)
-    assert summary["time_to_goal"] == approx(0.1)
+# ------------------------------------------------------------------ ends
 
 
 def test_approach_does_not_care_about_the_goal():

@@ -83,12 +83,12 @@ class EnvParams:
             )
         task = self.task
         # A short time limit is common in trials, so the usual time of holding is always fine.
-        if not self.definition.has_goal and task.hold_time > max(
-            task.time_limit, TaskParams.hold_time
-        ):
+        name = "delivery_time" if self.definition.has_goal else "hold_time"
+        held = getattr(task, name)
+        if held > max(task.time_limit, getattr(TaskParams, name)):
             raise ValueError(
-                f"hold_time = {task.hold_time:g} s: longer than time_limit = "
-                f"{task.time_limit:g} s, so no episode could succeed; hold for a shorter time"
+                f"{name} = {held:g} s: longer than time_limit = {task.time_limit:g} s, so no "
+                "episode could succeed; hold for a shorter time"
             )
 
     def _check_sizes(self) -> None:

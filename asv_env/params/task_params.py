@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Self
 
 from asv_env import geometry
-from asv_env.checks import Name, check_fields, numbers
+from asv_env.checks import Name, Number, check_fields, numbers
 from asv_env.params.ranges import (
     AngleTolerance,
     Distance,
@@ -22,11 +22,18 @@ from asv_env.text import shown
 
 SIDES = ("+n", "-n", "goal")
 GOAL_ANCHORS = ("world", "closure")
+DELIVERIES = ("holding", "passing")
 
 
 @dataclass(frozen=True)
 class TaskParams:
-    """Distances, tolerances and times of a task; lengths fit the nominal 0.40 m vessel."""
+    """Distances, tolerances and times of a task; lengths fit the nominal 0.40 m vessel.
+
+    A vessel is delivered by "holding" when it keeps the goal pose, within ``position_tolerance``
+    and ``heading_tolerance``, for ``delivery_time`` without a break, hardly moving over ground.
+    By "passing" it is delivered at an instant, as in the paper: within both tolerances, slow
+    through the water, and no longer coming nearer. ``asv_env.tasks.termination`` has the laws.
+    """
 
     name: str = "transport"  #: see ``asv_env.tasks.TASKS``
     goal: tuple[float, float, float] | None = None  #: fixed pose, m, m, rad; None samples each
@@ -41,9 +48,16 @@ class TaskParams:
     time_limit: Duration = 180.0  #: after which an episode is truncated, s
     position_tolerance: Tolerance = 0.05  #: largest distance of a delivered vessel to its goal, m
     heading_tolerance: AngleTolerance = 0.1  #: largest heading error of a delivered vessel, rad
-    speed_tolerance: Tolerance = 0.01  #: speed of a delivered vessel through the local water, m/s
-    yaw_rate_tolerance: Tolerance = 0.05  #: yaw rate of a delivered vessel, rad/s
-    #: speed to the goal below which a vessel comes no nearer, m/s
+    delivery: Annotated[str, Name(DELIVERIES)] = "holding"  #: "holding" or "passing"
+    delivery_time: DurationOrZero = 3.0  #: for which a vessel holds the goal pose, s
+    speed_tolerance: Tolerance = 0.002  #: speed over ground of a vessel that holds a pose, m/s
+    yaw_rate_tolerance: Tolerance = 0.01  #: yaw rate of a vessel that holds a pose, rad/s
+    #: growth of ``speed_tolerance`` with the speed of the water at the vessel; that of the yaw
+    #: rate grows in proportion
+    water_tolerance: Annotated[float, Number(0.0, 0.95)] = 0.25
+    passing_speed: Tolerance = 0.01  #: speed through the local water of a vessel that passes, m/s
+    passing_yaw_rate: Tolerance = 0.05  #: yaw rate of a vessel that passes, rad/s
+    #: speed to the goal below which a vessel that passes comes no nearer, m/s
     nearing_tolerance: ToleranceOrZero = 0.001
     slot_distance: Tolerance = 0.03  #: distance within which a boat occupies its slot, m
     slot_angle: AngleTolerance = 0.3  #: heading error within which a boat occupies its slot, rad
@@ -77,7 +91,11 @@ class TaskParams:
         return x, y, float(geometry.wrap(heading))
 
     def scaled(self, factor: float) -> Self:
-        """Returns the task for a vessel ``factor`` times as long: distances and time scale."""
+        """Returns the task for a vessel ``factor`` times as long: distances and time scale.
+
+        Speeds and the times for which something is held stay: mass and drag of the vessel grow
+        alike, so that it coasts as far from the same speed.
+        """
         sizes = ("arena", "time_limit", "position_tolerance")
         scaled: dict[str, Any] = {name: getattr(self, name) * factor for name in sizes}
         for name in ("goal_distance", "start_distance"):

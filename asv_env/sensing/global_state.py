@@ -12,7 +12,7 @@ import numpy as np
 
 from asv_env.geometry import direction, xy
 from asv_env.params import EnvParams
-from asv_env.tasks.termination import hold_ticks
+from asv_env.tasks.termination import delivery_ticks, hold_ticks
 from asv_env.types import Bool, Float, Observation, State
 
 REACH = 1.5  #: bound of positions, arena half-widths: hulls may hang over the arena's edge
@@ -45,7 +45,9 @@ def _motion(motion: Float, params: EnvParams) -> Float:
 
 
 def _task(state: State, params: EnvParams) -> Float:
-    flags = [state.side, state.closed, state.anchored, state.occupied_ticks / hold_ticks(params)]
+    occupied = state.occupied_ticks / hold_ticks(params)
+    delivered = state.delivered_ticks / delivery_ticks(params)
+    flags = [state.side, state.closed, state.anchored, occupied, delivered]
     return np.stack(flags, axis=-1)[:, None]
 
 
@@ -56,7 +58,7 @@ def _thrust(state: State, params: EnvParams) -> Float:
 PARTS = (
     Part("motion of the vessel", MOTION_BOUND, lambda s, p: _motion(s.motion[:, :1], p)),
     Part("goal", POSE_BOUND, lambda s, p: np.stack(_pose(s.goal[:, None], p), axis=-1)),
-    Part("side, closure, goal final, fraction of the hold time", (1.0,) * 4, _task),
+    Part("side, closure, goal final, fractions of hold and delivery time", (1.0,) * 5, _task),
     Part("motion of the boats", MOTION_BOUND, lambda s, p: _motion(s.motion[:, 1:], p), True),
     # In the vessel's frame; the slot of a failed boat may lie anywhere in the arena.
     Part("slots", (2 * REACH, 2 * REACH), lambda s, p: xy(s.slot / p.task.arena), True),

@@ -2,7 +2,8 @@
 
 The nearest boat goes to the hull at its top speed. From then on all boats push with all their
 thrust across the vessel's length, at first without any drag; they let go just when the vessel
-coasts to the edge of the tolerance at the speed that counts as delivered. Turning takes no time.
+coasts to the edge of the tolerance at the speed that counts for a delivery. There it stays for as
+long as it must hold its pose. Turning takes no time.
 The bound holds for teams that cannot brake the vessel: boats that went round the hull and pushed
 against its motion could gain a little at the end.
 
@@ -16,6 +17,7 @@ import numpy as np
 from asv_env.geometry import plane, xy
 from asv_env.params import EnvParams
 from asv_env.tasks import starts
+from asv_env.tasks.termination import delivery_ticks
 from asv_env.types import Float, InitialState
 from baselines.evaluate.suites import SUITES
 from baselines.paper.coasting import coasting_distance
@@ -44,11 +46,17 @@ def vessel_speed(params: EnvParams) -> float:
     return top_speed(linear, quadratic, 2 * team * boat.thrust)
 
 
+def slow_speed(params: EnvParams) -> float:
+    """Returns the speed, m/s, below which a vessel at its goal counts, in still water."""
+    task = params.task
+    return task.speed_tolerance if task.delivery == "holding" else task.passing_speed
+
+
 @lru_cache(maxsize=8)
 def _table(params: EnvParams) -> tuple[Float, Float]:
     """Returns distances, m, and times, s, of pushes up to each speed from which it coasts."""
     (vessel, boat), team = params.hulls(), params.num_boats
-    slow = params.task.speed_tolerance
+    slow = slow_speed(params)
     speed = np.linspace(slow, max(vessel_speed(params), slow), SPEEDS)
     mass = vessel.masses[1] + team * boat.masses[0]
     gains = 2 * team * boat.thrust / mass
@@ -76,7 +84,8 @@ def least_time(params: EnvParams, start: InitialState) -> float:
     hull = np.hypot(params.boat.length, params.boat.width) / 2
     gap = max(0.0, float(np.hypot(*outside.T).min()) - hull)
     distance = float(np.hypot(*(start.goal[:2] - start.motion[0, :2])))
-    return gap / boat_speed(params) + float(push_time(params, np.array(distance)))
+    held = (delivery_ticks(params) - 1) / params.clock.control
+    return gap / boat_speed(params) + float(push_time(params, np.array(distance))) + held
 
 
 def show(suite: str = "plane-v2", episodes: int = 500) -> None:

@@ -48,7 +48,7 @@ class Results:
     def placed(self, condition: str, policy: str, tolerance: float) -> Bool:
         """Returns whether the vessel was, when nearest to its goal, within so many tolerances.
 
-        The result has the shape (S, E). As in the paper, it need not be at rest.
+        The result has the shape (S, E). As in the paper, it may be moving.
         """
         task = next(c.params.task for c in self.suite.conditions if c.name == condition)
         distance = self.column(condition, policy, "min_position_error")

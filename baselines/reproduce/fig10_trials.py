@@ -108,8 +108,9 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
             rows.append(dict(zip(names, row, strict=True)) | found)
     notes = [
         "Rows of the simulation: preset `experiment`, goal {0.55 m, -0.95 m, 0.1 rad} from the "
-        "pose at closure. Delivered: within 5 cm and 0.1 rad at rest. Deviations are those of "
-        "samples; the paper does not say which it gives, nor how many trials it left out."
+        "pose at closure. Delivered: within 5 cm and 0.1 rad for an instant, slower than 1 cm/s, "
+        "and no longer coming nearer. Deviations are those of samples; the paper does not say "
+        "which it gives, nor how many trials it left out."
     ]
     return {"rows": rows, "notes": notes}
 

@@ -63,7 +63,7 @@ class PathGains:
     straight_cost: float = 2.2  #: path length worth a straight longer by a length, vessel lengths
     speed: float = 0.069  #: cruising speed of the vessel, m/s
     braking: float = 0.36  #: speed near the goal, fraction of that from which it coasts to rest
-    goal_speed: float = 0.0072  #: speed at the goal, m/s: slow enough to count as delivered
+    goal_speed: float = 0.0014  #: speed at the goal, m/s: slow enough to count as delivered
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ def results(summary: Mapping[str, Any]) -> Table:
     tolerances = dict.fromkeys(tolerance for line in lines for tolerance in line.found["placed"])
     caption = (
         "Success with its 95 % interval; the share of episodes in which the vessel was within so "
-        "many tolerances of its goal pose when it was nearest, at rest or not; and why episodes "
+        "many tolerances of its goal pose when it was nearest, however fast; and why episodes "
         "failed."
     )
     failures = Column("failures", _failures, kind="words")
