@@ -52,12 +52,12 @@ def paint_header(canvas: Canvas, layout: Layout, state: State) -> None:
 
 
 def phase(params: EnvParams, state: State) -> str:
-    """Returns what the boats of one world are doing."""
+    """Returns how the boats of one world stand to the vessel: closure, or who touches it."""
     team, working = params.num_boats, int(state.working.sum())
     boats = f"{team} boats" if working == team else f"{working} of {team} boats"
     if state.closed:
-        return f"{boats} {'pushing' if params.definition.has_goal else 'holding'}"
-    return f"{boats}, grasp lost" if params.definition.starts_grasped else f"{boats} approaching"
+        return f"{boats} in closure"
+    return f"{boats}, {int(state.touching[:, 0].sum())} at the vessel"
 
 
 def at_goal(params: EnvParams, state: State) -> bool:

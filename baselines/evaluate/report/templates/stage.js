@@ -115,11 +115,11 @@ const stage = ((palette) => {
     write(pen, `${Number(length.toPrecision(1))} m`, right + 8, y - 1, "left", palette.ink);
   }
 
-  /** What the boats are doing, in a few words. */
+  /** Whether the vessel is, or was, in closure, in a few words. */
   function phase({ condition, take }, time) {
     if (time >= take.end) return take.verdict;
-    if (condition.grasped) return "pushing";
-    if (take.closure === null || time < take.closure) return "approaching";
+    if (condition.grasped) return "closed from the start";
+    if (take.closure === null || time < take.closure) return "not closed yet";
     return `closed at ${take.closure.toFixed(1)} s`;
   }
 
