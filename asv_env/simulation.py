@@ -5,7 +5,6 @@ The adapters in ``envs`` only translate.
 
 import pickle
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -18,10 +17,11 @@ from asv_env.params import EnvParams
 from asv_env.physics import threads, water
 from asv_env.physics.dynamics import Dynamics
 from asv_env.sensing import observation
-from asv_env.sensing.sensors import Sensors
-from asv_env.tasks import formation, initial_state, metrics, reward, termination
+from asv_env.sensing.knowledge import Knowledge
+from asv_env.tasks import initial_state, metrics, reward, standing, termination
 from asv_env.tasks.formation import Relations, relate
 from asv_env.tasks.reward import Transition
+from asv_env.tasks.standing import Events
 from asv_env.tasks.task import InitialStates, Task
 from asv_env.text import shown
 from asv_env.types import (
@@ -32,7 +32,6 @@ from asv_env.types import (
     InitialState,
     Observation,
     Sensed,
-    Situation,
     Snapshot,
     State,
     TimeStep,
@@ -43,10 +42,9 @@ from asv_env.types import (
 )
 
 MOST_WORLDS = 1_000_000  #: largest number of worlds
-SITUATION = tuple(f.name for f in fields(Situation))  #: names of what boats know exactly
 REMEMBERED = (
     *("_state", "_relations", "_ending", "_rngs", "_failure_tick", "_steps_over"),
-    *("_relative_goal", "_occupied", "_potentials", "_tally", "_roles_may_change"),
+    *("_relative_goal", "_potentials", "_tally", "_roles_may_change"),
 )  #: names of what a simulation itself remembers from step to step
 
 
@@ -84,7 +82,6 @@ class Simulation:
         self._task: Task = params.definition
         self._initial_states = initial_states or self._task.initial_states
         self._dynamics = Dynamics(params, self.num_worlds, self.num_threads)
-        self._sensors = Sensors(params, self.num_worlds)
         self._features = observation.features(params)
         self._rngs: dict[int, np.random.Generator] = {}
         self._failure_tick = np.full((self.num_worlds, params.num_boats), metrics.NEVER)
@@ -104,6 +101,7 @@ class Simulation:
             working=np.ones((worlds, team), dtype=np.bool_),
             slot=np.zeros((worlds, team), dtype=np.complex128),
             side=np.ones(worlds),
+            occupied=np.zeros((worlds, team), dtype=np.bool_),
             touching=np.zeros((worlds, team, 2), dtype=np.bool_),
             closed=none,
             contact_force=np.zeros((worlds, team)),
@@ -114,8 +112,8 @@ class Simulation:
         self._ending = frozen(Ending(none, none, none))
         self._state = frozen(state)
         self._relative_goal = np.zeros((worlds, 3))
-        self._relations = _relations(state)
-        self._occupied = formation.occupied(self._relations, self.params.task)
+        self._relations = frozen(relate(state.motion, state.goal, state.slot, state.side))
+        self._knowledge = Knowledge(self.params, state, self._relations)
         self._potentials = self._potentials_of(self._relations, state)
         self._tally = metrics.Tallies(self._relations, state)
 
@@ -137,7 +135,7 @@ class Simulation:
     @property
     def sensed(self) -> Sensed:
         """What the boats know now, the input of every policy: copies, for it to write to."""
-        return Sensed(**{name: array.copy() for name, array in self._known().items()})
+        return copied(self._knowledge.sensed)
 
     @numerics()
     def reset(
@@ -166,16 +164,18 @@ class Simulation:
         state = copied(self._state)
         for world, start in zip(index, starts, strict=True):
             self._begin(state, int(world), start)
+        motion, relations = state.motion, self._relations
+        self._relations = standing.begun(state, relations, motion, index, self.params)
         self._state = frozen(state)
         others = ~np.isin(np.arange(self.num_worlds), index)
         self._ending = frozen(self._ending.within(others))
-        self._restart(index)
-        some = rows(state, index)
-        put_rows(self._tally, index, metrics.Tallies(rows(self._relations, index), some))
+        some = rows(self._relations, index), rows(state, index)
+        self._potentials[index] = self._potentials_of(*some)
+        put_rows(self._tally, index, metrics.Tallies(*some))
         self._steps_over[index] = 0
         fails = (self._failure_tick != metrics.NEVER).any()
         self._roles_may_change = bool(fails or not state.anchored.all())
-        self._sensors.reset(index, some.motion, self._rngs)
+        self._knowledge.reset(index, self._state, self._relations, self._rngs)
         return self._observe(index)
 
     def _sample(self, world: int, seed: int | None, goal: Sequence[float] | None) -> InitialState:
@@ -190,7 +190,6 @@ class Simulation:
 
     def _begin(self, state: State, world: int, start: InitialState) -> None:
         """Places one world of a state at the beginning of an episode, in place."""
-        grasped = self._task.starts_grasped
         self._dynamics.place(world, start)
         self._failure_tick[world] = start.failure_tick
         self._relative_goal[world] = start.goal
@@ -202,14 +201,8 @@ class Simulation:
         state.touching[world] = False
         state.contact_force[world] = 0.0
         state.side[world] = start.side
-        state.closed[world] = grasped
-        state.anchored[world] = grasped or self.params.task.goal_anchor == "world"
-        self._assign(state, world)
-
-    def _assign(self, state: State, world: int) -> None:
-        """Assigns the slots of one world of a state, in place."""
-        boats = state.motion[world], state.working[world], state.side[world]
-        state.slot[world] = formation.assign_slots(self.params, *boats)
+        anchored = self.params.task.goal_anchor == "world"
+        state.anchored[world] = anchored or self._task.starts_grasped
 
     @numerics()
     def step(self, action: Any) -> TimeStep:
@@ -236,7 +229,7 @@ class Simulation:
         terms = reward.weighted(self._task.reward, self._potentials, after, transition)
         rewards = reward.total(self._task.reward, terms, params.num_boats)
         self._potentials = after
-        metrics.update(self._tally, transition, self._occupied, rewards)
+        metrics.update(self._tally, transition, rewards)
         self._change_roles()
         return TimeStep(self._observe(), rewards, ending, terms)
 
@@ -261,77 +254,53 @@ class Simulation:
             force += self._dynamics.basin.bodies.contact_force
             motion[..., 2] = wrap(motion[..., 2])
             motion.setflags(write=False)
-            self._sensors.sense(motion)
-        self._relations = frozen(relate(motion, before.goal, before.slot, before.side))
+            self._knowledge.sense(motion)
         task = self.params.task
+        self._relations, formed, judged = standing.advanced(before, motion, task)
         flow = water.current(self.params.water, self._relations.position[:, 0])
         at_goal = termination.at_goal(self._relations, flow, task) & before.anchored
-        self._occupied = formation.occupied(self._relations, task)
-        formed = formation.everyone(self._occupied, before.working)
         values = {
             **vars(before),
+            **judged,
             "tick": before.tick + 1,
             "motion": motion,
             "thrust": self._dynamics.plant.motors.thrust.copy(),
             "touching": self._dynamics.basin.bodies.touching.copy(),
             "contact_force": force / (clock.sensing // clock.control),
-            "closed": formation.closure(
-                self._relations, formed, before.closed, before.working, task
-            ),
             "occupied_ticks": (before.occupied_ticks + 1) * formed,
             "delivered_ticks": (before.delivered_ticks + 1) * at_goal,
         }
         return frozen(State(**values)), flow
 
     def _change_roles(self) -> None:
-        """Applies failures, new slots and the anchoring of goals from the next step on."""
-        state, relations = self._state, self._relations
-        swaps = formation.misassigned(relations, state.closed, state.working, self.params.task)
-        if not (self._roles_may_change or swaps.any()):
-            return
-        fails = self._failure_tick == state.tick[:, None]
-        anchors = state.closed & ~state.anchored
-        changed = np.flatnonzero(fails.any(axis=1) | anchors | swaps)
-        if not len(changed):
-            return
-        state = copied(state)
-        np.logical_and(state.working, ~fails, out=state.working)
-        for world in map(int, changed):
-            if fails[world].any() or swaps[world]:
-                self._assign(state, world)
-            if anchors[world]:
-                state.goal[world] = _anchored(self._relative_goal[world], state.motion[world, 0])
-        np.logical_or(state.anchored, anchors, out=state.anchored)
-        self._state = frozen(state)
-        self._restart(changed)
-        metrics.restart_errors(self._tally, self._relations, np.flatnonzero(anchors))
+        """Applies failures, new slots and the anchoring of goals from the next step on.
 
-    def _restart(self, index: np.ndarray) -> None:
-        """Derives again what depends on slots and goals, so that their change earns no reward."""
-        state = rows(self._state, index)
-        relations, changed = copied(self._relations), _relations(state)
-        put_rows(relations, index, changed)
-        self._relations = frozen(relations)
-        self._occupied[index] = formation.occupied(changed, self.params.task)
-        self._potentials[index] = self._potentials_of(changed, state)
+        Their change earns no reward. A goal is anchored when the team believes to be in closure.
+        """
+        state, knowledge, events = self._state, self._knowledge, None
+        known = knowledge.advance(state)
+        if self._roles_may_change:
+            fails = self._failure_tick == state.tick[:, None]
+            anchors = known.closed & ~known.anchored
+            working, goal = state.working & ~fails, self._relative_goal
+            events = Events(fails.any(axis=1), working, anchors, goal)
+        now = state, self._relations, state.motion
+        self._state, self._relations, index = standing.changed(*now, events, self.params)
+        if len(index):
+            some = rows(self._relations, index), rows(self._state, index)
+            self._potentials[index] = self._potentials_of(*some)
+            if events is not None:
+                metrics.restart_errors(self._tally, self._relations, np.flatnonzero(events.anchors))
+        knowledge.change(events, self._state, self._relations)
 
     def _potentials_of(self, relations: Relations, state: State) -> Float:
         return reward.potentials(self._task.reward, relations, state, self.params)
 
-    def _known(self) -> dict[str, Any]:
-        """Returns the fields of ``Sensed``, read-only."""
-        known = {name: getattr(self._state, name) for name in SITUATION}
-        return {**known, "measured": self._sensors.measured, "estimate": self._sensors.estimate}
-
     def _observe(self, index: np.ndarray | None = None) -> Observation:
-        sensed, relations, occupied = Sensed(**self._known()), self._relations, self._occupied
+        sensed, relations = self._knowledge.sensed, self._knowledge.relations
         if index is not None:
             sensed, relations = rows(sensed, index), rows(relations, index)
-            occupied = occupied[index]
-        if not self.params.sensors.exact:
-            relations = frozen(relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side))
-            occupied = formation.occupied(relations, self.params.task)
-        return observation.observe(self._features, sensed, relations, occupied, self.params)
+        return observation.observe(self._features, sensed, relations, self.params)
 
     def summary(self) -> dict[str, Any]:
         """Returns the metrics of the episodes so far, each (W,); see ``metrics.summary``."""
@@ -344,7 +313,7 @@ class Simulation:
         user: what they remember is not part of it.
         """
         own = {name: vars(self)[name] for name in REMEMBERED}
-        memory = pickle.dumps((own, self._sensors.snapshot(), self._dynamics.snapshot()))
+        memory = pickle.dumps((own, self._knowledge.snapshot(), self._dynamics.snapshot()))
         return Snapshot(self.params, self.num_worlds, memory)
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -366,11 +335,11 @@ class Simulation:
                 raise ValueError(
                     f"restore: the snapshot has {name} = {shown(other)}, not {shown(mine)}"
                 )
-        own, sensors, dynamics = pickle.loads(snapshot.memory)
+        own, knowledge, dynamics = pickle.loads(snapshot.memory)
         vars(self).update(own)
         for record in (self._state, self._relations, self._ending):
             frozen(record)
-        self._sensors.restore(sensors)
+        self._knowledge.restore(knowledge)
         self._dynamics.restore(dynamics)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -387,14 +356,3 @@ class Simulation:
         """Returns the velocity (..., 2) of the water at positions (..., 2) of a world, m/s."""
         points = plane(np.ascontiguousarray(position, dtype=np.float64))
         return xy(water.current(self.params.water, points))
-
-
-def _relations(state: State) -> Relations:
-    return frozen(relate(state.motion, state.goal, state.slot, state.side))
-
-
-def _anchored(relative: Float, vessel: Float) -> Float:
-    """Returns a goal (3,) that is given in the frame of the vessel's motion (6,), in the world."""
-    turn = np.exp(1j * vessel[2])
-    point = vessel[0] + 1j * vessel[1] + turn * (relative[0] + 1j * relative[1])
-    return np.array([point.real, point.imag, float(wrap(vessel[2] + relative[2]))])

@@ -55,17 +55,27 @@ def frozen(record: Record) -> Record:
 
 
 @dataclass(frozen=True)
-class Situation:
-    """What the simulation and the boats both know exactly."""
+class Standing:
+    """How the teams stand round their vessels, judged by one motion; see ``tasks.standing``.
+
+    The truth decides it for the task's judge (``State``), the estimate for the boats (``Sensed``).
+    """
 
     goal: Float  #: (W, 3) goal pose of the vessel; m, m, rad
-    tick: Int  #: (W,) control ticks since the episode began
-    working: Bool  #: (W, A) whether the boat's thrusters work
     slot: Complex  #: (W, A) vessel-frame position u + iw of the boat's slot, m
-    side: Float  #: (W,) +1 where the team pushes from the vessel's +n side, -1 from the other
-    touching: Bool  #: (W, A, 2) whether the hull touches the vessel, another boat
+    occupied: Bool  #: (W, A) whether the boat occupies its slot
     closed: Bool  #: (W,) whether conditional closure has been formed and not lost since
+
+
+@dataclass(frozen=True)
+class Situation(Standing):
+    """A standing, and what the simulation and the boats both know exactly."""
+
+    tick: Int  #: (W,) control ticks since the episode began
+    side: Float  #: (W,) +1 where the team pushes from the vessel's +n side, -1 from the other
     anchored: Bool  #: (W,) whether the goal is final, see ``TaskParams.goal_anchor``
+    working: Bool  #: (W, A) whether the boat's thrusters work
+    touching: Bool  #: (W, A, 2) whether the hull touches the vessel, another boat
 
 
 @dataclass(frozen=True)
@@ -84,13 +94,13 @@ class State(Situation):
 class Sensed(Situation):
     """What the boats, and policies, know: one measurement and one estimate, shared by the team.
 
-    Without noise both motions are the true one. The inherited fields are exact in every scenario:
-    slots and closure are decided by the true state. Whoever receives it may write to its arrays:
-    they are copies.
+    Without noise, latency and dropout both motions are the true one, and the standing is that of
+    the truth. Whoever receives it may write to its arrays: they are copies.
     """
 
     measured: Float  #: (W, B, 6) the latest raw measurement, as ``State.motion``
     estimate: Float  #: (W, B, 6) the filtered motion; observations are computed from it
+    received: Bool  #: (W, B) whether the measurement is new since the previous control tick
 
 
 @dataclass

@@ -12,7 +12,8 @@ import numpy as np
 from asv_env import geometry
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.tasks import formation
+from asv_env.tasks import standing
+from asv_env.tasks.standing import Events
 from asv_env.types import Bool, Complex, Float, Sensed
 
 
@@ -61,22 +62,22 @@ def view(
         memory = PushSide(away, sensed.slot, sensed.working, np.zeros_like(fresh))
     side = np.where(fresh, away, memory.side)
     prescribed = side == sensed.side
-    seen = mirror_image(sensed, side)
-    closed, misassigned = _closure(params, seen, memory)
-    closed = np.where(prescribed, sensed.closed, closed & ~fresh)
-    fails = (sensed.working != memory.working).any(axis=1)
-    slot = np.where(prescribed[:, None], seen.slot, memory.slot)
-    for world in map(int, np.flatnonzero(~prescribed & (fresh | fails | misassigned))):
-        boats = seen.estimate[world], seen.working[world]
-        slot[world] = formation.assign_slots(params, *boats, 1.0)
-    seen = replace(seen, slot=slot, side=np.ones_like(side), closed=closed)
-    return seen, PushSide(side, slot, sensed.working.copy(), closed)
+    seen = replace(mirror_image(sensed, side), side=np.ones_like(side))
+    if not prescribed.all():
+        own, given = _own_standing(params, seen, memory, fresh), prescribed[:, None]
+        slot = np.where(given, seen.slot, own.slot)
+        occupied = np.where(given, seen.occupied, own.occupied)
+        closed = np.where(prescribed, seen.closed, own.closed)
+        seen = replace(seen, slot=slot, occupied=occupied, closed=closed)
+    return seen, PushSide(side, seen.slot, sensed.working.copy(), seen.closed)
 
 
-def _closure(params: EnvParams, seen: Sensed, memory: PushSide) -> tuple[Bool, Bool]:
-    """Returns (W,) whether the vessel is in closure, and (W,) whether slots are misassigned."""
-    task, working = params.task, memory.working
-    relations = formation.relate(seen.estimate, seen.goal, memory.slot, np.ones(len(working)))
-    formed = formation.everyone(formation.occupied(relations, task), working)
-    closed = formation.closure(relations, formed, memory.closed, working, task)
-    return closed, formation.misassigned(relations, closed, working, task)
+def _own_standing(params: EnvParams, seen: Sensed, memory: PushSide, fresh: Bool) -> Sensed:
+    """Returns what is seen with standings that follow from the estimate and from what was."""
+    before = replace(seen, slot=memory.slot, closed=memory.closed, working=memory.working)
+    relations, _, judged = standing.advanced(before, seen.estimate, params.task)
+    occupied, closed = judged["occupied"], judged["closed"] & ~fresh
+    fails = (seen.working != memory.working).any(axis=1)
+    events = Events(fresh | fails, seen.working, np.zeros_like(fresh), seen.goal)
+    now = replace(before, occupied=occupied, closed=closed), relations, seen.estimate
+    return standing.changed(*now, events, params)[0]

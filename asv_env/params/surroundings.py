@@ -51,14 +51,16 @@ class WaterParams:
 
 @dataclass(frozen=True)
 class SensorParams:
-    """White noise of the measurement at each sensing tick, and expectations of its filter."""
+    """White noise, latency and losses of the measurement, and expectations of its filter."""
 
     position_noise: Noise = 0.0  #: standard deviation of x and of y, m
     heading_noise: Noise = 0.0  #: standard deviation of the heading, rad
     speed_noise: Noise = 0.0  #: standard deviation of vx and of vy, m/s
     yaw_rate_noise: Noise = 0.0  #: standard deviation of the yaw rate, rad/s
+    latency: Count = 0  #: control ticks until the boats have what was measured and estimated
+    dropout: Spread = 0.0  #: probability that the measurement of a body at a sensing tick is lost
     acceleration: Acceleration = 0.05  #: that the filter expects of a boat, m/s^2
-    yaw_acceleration: Acceleration = 0.5  #: that the filter expects of a boat, rad/s^2
+    yaw_acceleration: Acceleration = 1.5  #: that the filter expects of a boat, rad/s^2
     vessel_acceleration: Acceleration = 0.02  #: that the filter expects of the vessel, m/s^2
     vessel_yaw_acceleration: Acceleration = 0.05  #: that the filter expects of the vessel, rad/s^2
 
@@ -66,10 +68,15 @@ class SensorParams:
         check_fields(self)
 
     @property
-    def exact(self) -> bool:
-        """Whether the measurement is the truth."""
+    def noiseless(self) -> bool:
+        """Whether a measurement is the truth of its time."""
         noise = (self.position_noise, self.heading_noise, self.speed_noise, self.yaw_rate_noise)
         return not any(noise)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the boats always know the truth."""
+        return self.noiseless and not (self.latency or self.dropout)
 
 
 @dataclass(frozen=True)

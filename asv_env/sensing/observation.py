@@ -19,7 +19,7 @@ from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.registry import Registry
 from asv_env.sensing.view import NEIGHBOURS, View, nearest_boats
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Float, Observation, Sensed
+from asv_env.types import Float, Observation, Sensed
 
 KIND = "feature"  #: word for a feature in messages
 FAR = 15.0  #: largest distance in an observation, vessel lengths: more than the arena's diagonal
@@ -195,14 +195,13 @@ BOUND = bounds(DEFAULT)  #: (K,) largest magnitudes of the columns of the defaul
 
 
 def observe(
-    features: Features, sensed: Sensed, relations: Relations, occupied: Bool, params: EnvParams
+    features: Features, sensed: Sensed, relations: Relations, params: EnvParams
 ) -> Observation:
     """Returns some features (W, A, K) of what is sensed, float32, within their bounds.
 
-    ``relations`` are those of ``sensed.estimate``, and ``occupied`` (W, A) tells which boats
-    occupy their slots by them.
+    ``relations`` are those of ``sensed.estimate``.
     """
-    view = View(sensed, relations, occupied, params)
+    view = View(sensed, relations, params)
     layout, factors, bound = _layout(features, *sensed.slot.shape, units(params))
     columns = np.zeros((*sensed.slot.shape, len(bound)))
     for feature, place, forms in layout:

@@ -6,7 +6,7 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Float, Sensed
+from asv_env.types import Float, Sensed
 
 NEIGHBOURS = 4  #: number of boats that a boat observes
 
@@ -14,18 +14,18 @@ NEIGHBOURS = 4  #: number of boats that a boat observes
 class View:
     """What features are computed from; see ``observation.observe``."""
 
-    def __init__(
-        self, sensed: Sensed, relations: Relations, occupied: Bool, params: EnvParams
-    ) -> None:
+    def __init__(self, sensed: Sensed, relations: Relations, params: EnvParams) -> None:
         heading, working = relations.heading, np.add.reduce(sensed.working, axis=1)
-        self.sensed = sensed  #: what the boats measure
+        self.sensed = sensed  #: what the boats know
         self.relations = relations  #: relations of the estimate
         #: (W, A) and (W, 1) factors that turn vectors of the world into the hulls' frames
         self.to_boat, self.to_vessel = heading[:, 1:].conj(), heading[:, :1].conj()
         #: (W, A) vector from each boat to its slot, in the boat's frame, m
         self.slot = relations.slot_gap * (heading[:, :1] * self.to_boat)
         #: (W,) fraction of the working boats that occupy their slots
-        self.slots_occupied: Float = np.add.reduce(occupied & sensed.working, axis=1) / working
+        self.slots_occupied: Float = (
+            np.add.reduce(sensed.occupied & sensed.working, axis=1) / working
+        )
         self.inverse_team: Float = 1.0 / working  #: (W,) one over the number of working boats
         self.inverse_length = np.full((1, 1), 1.0 / params.vessel.length)  #: 1/m
 

@@ -39,9 +39,10 @@ def restart_errors(tally: Tallies, relations: Relations, index: np.ndarray) -> N
     tally.heading_error_at_min[index] = relations.heading_error[index]
 
 
-def update(tally: Tallies, now: Transition, occupied: Bool, reward: Float) -> None:
-    """Adds a tick, in place: which boats (W, A) occupy their slots, and the reward (W, A)."""
+def update(tally: Tallies, now: Transition, reward: Float) -> None:
+    """Adds a tick and the reward (W, A) of the boats, in place."""
     previous, state, relations, params = now.previous, now.state, now.relations, now.params
+    occupied = state.occupied
     if occupied.any() or previous.closed.any():
         first = (tally.closure_tick < 0) & state.closed
         tally.closure_tick = np.where(first, state.tick, tally.closure_tick)

@@ -128,8 +128,7 @@ class NetworkPolicy:
 def observe(sensed: Sensed, features: tuple[Feature, ...], params: EnvParams) -> Observation:
     """Returns observations (W, A, K) by some features, of a mirror image for instance."""
     relations = formation.relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
-    occupied = formation.occupied(relations, params.task)
-    return observation.observe(features, sensed, relations, occupied, params)
+    return observation.observe(features, sensed, relations, params)
 
 
 def _features(metadata: Metadata, params: EnvParams) -> tuple[Feature, ...]:

@@ -14,7 +14,7 @@ from scipy.linalg import solve_discrete_are
 
 from asv_env.geometry import plane
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.sensing.sensors import corrected, steady_gain
+from asv_env.sensing.kalman import corrected, steady_gain
 from asv_env.types import Bool, Complex, Float, Sensed, zeros
 from baselines.paper.coasting import drag
 
