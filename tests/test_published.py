@@ -54,6 +54,27 @@ def test_rows_come_back_from_a_file_as_they_were(tmp_path):
     assert read_csv(tmp_path / "episodes.csv") == rows
 
 
+@pytest.mark.parametrize(
+    ("distance", "heading", "within"),
+    [
+        (0.02, -0.04, ["0.5", "1", "wide"]),
+        (0.02, 0.06, ["1", "wide"]),
+        (0.051, 0.0, ["wide"]),
+        (0.09, -0.49, ["wide"]),
+        (0.101, 0.0, []),
+        (0.0, 0.51, []),
+    ],
+)
+def test_episodes_are_placed_within_the_tolerances_that_they_meet(distance, heading, within):
+    rows = all_rows(min_position_error=distance, heading_error_at_min=heading, success=False)
+    summary = summarise(of_rows(SUITE, rows))
+    placed = summary["conditions"]["nominal"]["policies"]["one"]["placed"]
+    assert [name for name, share in placed.items() if share["value"] == 1.0] == within
+    assert {share["value"] for name, share in placed.items() if name not in within} <= {0.0}
+    shares = [line for line in pages.page([of_rows(SUITE, rows)]).split("\n") if "| one |" in line]
+    assert all((" | 100.0% | " in line) == ("wide" in within) for line in shares)
+
+
 @pytest.mark.parametrize("text", ["", "seed,policy\n1,x\n"])
 def test_a_file_of_other_columns_is_refused(tmp_path, text):
     (tmp_path / "episodes.csv").write_text(text)

@@ -14,7 +14,7 @@ from baselines.rollout import seeds
 
 FROZEN = {
     "quick-v2": "4ead52df808b487a",
-    "paper-v2": "9293c5398aa57e28",
+    "paper-v2": "f5d58dd3648cd280",
     "plane-v2": "1945cb1fbaa269f1",
     "robust-v2": "82052dde58feb759",
     "team-v2": "e761b708537fae17",
@@ -83,10 +83,14 @@ def test_episodes_of_a_suite_differ():
     assert len({tuple(goal) for goal in goals}) == 50
 
 
-def test_the_paper_suite_has_the_papers_goal():
-    for condition in SUITES["paper-v2"].conditions:
-        assert condition.params.task.goal == PAPER_GOAL
-        assert condition.params.task.goal_anchor == "closure"
+def test_the_paper_suite_has_the_papers_goal_and_others_and_its_time():
+    tasks = {one.name: one.params.task for one in SUITES["paper-v2"].conditions}
+    goals = {name: task.goal for name, task in tasks.items()}
+    assert goals == {
+        "nominal": PAPER_GOAL, "noisy": PAPER_GOAL, "plane": None, "plane-noisy": None
+    }  # fmt: skip
+    assert {tasks[name].goal_anchor for name in ("nominal", "noisy")} == {"closure"}
+    assert {task.time_limit for task in tasks.values()} == {600.0}
 
 
 def test_shapes_have_one_area_and_mass():

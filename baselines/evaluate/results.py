@@ -45,16 +45,19 @@ class Results:
         """Returns whether the task was done, (S, E)."""
         return self.column(condition, policy, "success") > 0
 
-    def placed(self, condition: str, policy: str, tolerance: float) -> Bool:
+    def placed(
+        self, condition: str, policy: str, position: float = 1.0, heading: float = 1.0
+    ) -> Bool:
         """Returns whether the vessel was, when nearest to its goal, within so many tolerances.
 
-        The result has the shape (S, E). As in the paper, it may be moving.
+        The result has the shape (S, E); position and heading are multiples of the task's
+        tolerances. As in the paper, the vessel may be moving.
         """
         task = next(c.params.task for c in self.suite.conditions if c.name == condition)
         distance = self.column(condition, policy, "min_position_error")
-        heading = np.abs(self.column(condition, policy, "heading_error_at_min"))
-        near: Bool = distance <= tolerance * task.position_tolerance
-        return near & (heading <= tolerance * task.heading_tolerance)
+        turn = np.abs(self.column(condition, policy, "heading_error_at_min"))
+        near: Bool = distance <= position * task.position_tolerance
+        return near & (turn <= heading * task.heading_tolerance)
 
     def scores(self, condition: str, policy: str) -> Float:
         """Returns the time until the task was done (S, E), s; infinite where it was not."""

@@ -7,7 +7,7 @@ from asv_env.params import TINY
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Float
 from baselines.paper import pushing, two_arc
-from baselines.paper.arcs import ArcPath
+from baselines.paper.arcs import ArcPath, pick
 from baselines.paper.paper_numbers import PaperGains
 from baselines.paper.steering import Memory, Steering
 
@@ -22,10 +22,12 @@ def two_arcs(goal: Float, half_length: float, gains: PaperGains) -> ArcPath:
 
     The first arc turns by ``alpha1``, but where the goal's heading leaves no choice. Where the
     gains have none, the shortest path is taken whose radii are large enough for a vessel of this
-    half-length, m.
+    half-length, m; and where there is no such path, the shortest one that is legal.
     """
     if gains.alpha1 is None:
-        return two_arc.shortest(goal, gains.min_radius * half_length)
+        bounds = half_length * np.array([max(gains.min_radius, 1.0), 1.0])
+        paths = two_arc.shortest(goal, bounds[:, None])
+        return pick(paths, np.where(two_arc.feasible(paths, bounds[:, None])[0], 0, 1))
     only = 2 * np.arctan2(goal[:, 0], -goal[:, 1])
     return two_arc.plan(goal, np.where(np.abs(goal[:, 2]) < TINY, only, gains.alpha1))
 

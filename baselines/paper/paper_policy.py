@@ -32,11 +32,24 @@ from baselines.paper.steering import Assignment, Memory, Steering, approach_stee
 from baselines.paper.wheel_commands import WheelCommands
 
 
+def arrival_time(params: EnvParams, gains: PaperGains) -> float:
+    """Returns T_goal, s; it grows with the vessel's length."""
+    nominal = gains.arrival_time or ARRIVAL_TIME[params.action_mode]
+    return nominal * params.vessel.length / NOMINAL_LENGTH
+
+
+def push_speed(params: EnvParams, gains: PaperGains) -> float:
+    """Returns the mean speed of the vessel, m/s, which the paper does not give.
+
+    It follows from the speed from which the vessel coasts the last 20 cm.
+    """
+    vessel, _ = params.hulls()
+    speed = gains.push_speed * coasting_speed(vessel, gains.stop_distance)
+    return float(np.clip(speed, *MEAN_SPEEDS))
+
+
 class PaperPolicy:
     """The paper's controller, batched and distributed; reads ``Sensed`` only.
-
-    The mean speed of the vessel, which the paper does not give, follows from that from which it
-    coasts the last 20 cm. T_goal grows with the vessel's length.
 
     Args:
         params: of the environment.
@@ -51,12 +64,9 @@ class PaperPolicy:
         assignment: Assignment = nearest,
     ) -> None:
         self._params, self._gains, self._assignment = params, gains, assignment
-        arrival_time = gains.arrival_time or ARRIVAL_TIME[params.action_mode]
-        self._arrival_time = arrival_time * params.vessel.length / NOMINAL_LENGTH
+        self._arrival_time = arrival_time(params, gains)
         self._commands = WheelCommands(params, gains.steering)
-        vessel, _ = params.hulls()
-        speed = gains.push_speed * coasting_speed(vessel, gains.stop_distance)
-        self._mean_speed = float(np.clip(speed, *MEAN_SPEEDS))
+        self._mean_speed = push_speed(params, gains)
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool

@@ -11,15 +11,14 @@ from tqdm import tqdm
 from asv_env.checks import check_whole, choice
 from asv_env.files import write_text
 from baselines.evaluate.publish import marks
-from baselines.reproduce import contents, fig10_trials
-from baselines.reproduce.artefact import Artefact, Job, OutputFolder, read_json
+from baselines.reproduce import contents, paper_page
+from baselines.reproduce.artefact import Artefact, Job, OutputFolder
 from baselines.reproduce.contents import ARTEFACTS
 from baselines.rollout.commands import FilePath, command
 from baselines.rollout.lock import locked
 
 PROGRAM = "python -m baselines.reproduce"
 CAPTIONS = "README.md"
-TABLE = "table"
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class Options:
     trials: int = 12  #: number of trials of figures 6 to 10
     episodes: int = 96  #: number of episodes in each condition of the tables
     out: FilePath = Path("runs/reproduce")  #: folder to write to
-    page: FilePath | None = None  #: page that receives the table as well, between its two marks
+    page: FilePath | None = None  #: page that receives tables as well, each between its marks
     overwrite: bool = False  #: replace what was made with other options or other code
 
     def __post_init__(self) -> None:
@@ -44,9 +43,16 @@ class Options:
         if self.out.exists() and not self.out.is_dir():
             raise FileExistsError(f"{self.out} is a file: choose another folder with --out")
         if self.page is not None:
-            if TABLE not in self.only:
-                raise ValueError(f"--page takes the table: add {TABLE} to --only")
-            marks.check(marks.read(self.page), fig10_trials.START, fig10_trials.END)
+            if not self.on_page:
+                raise ValueError(
+                    f"--page takes tables: add one of {', '.join(paper_page.TABLES)} to --only"
+                )
+            paper_page.check(marks.read(self.page), self.on_page)
+
+    @property
+    def on_page(self) -> list[str]:
+        """Names of the tables for the page."""
+        return [name for name in paper_page.TABLES if name in self.only]
 
 
 def missing(options: Options, folder: OutputFolder) -> dict[str, Artefact]:
@@ -78,8 +84,8 @@ def make(artefacts: dict[str, Artefact], options: Options, folder: OutputFolder)
             folder.record(name, complete=True)
     write_text(options.out / CAPTIONS, contents.captions(folder.made()))
     if options.page is not None:
-        table = read_json(options.out / f"{TABLE}.json")
-        write_text(options.page, fig10_trials.updated(marks.read(options.page), table))
+        text = paper_page.updated(marks.read(options.page), options.out, options.on_page)
+        write_text(options.page, text)
 
 
 def run(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:

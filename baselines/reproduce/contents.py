@@ -10,6 +10,7 @@ from baselines.reproduce import (
     fig6_9_states,
     fig10_trials,
     planner_comparison,
+    reach,
     single_runs,
 )
 from baselines.reproduce.artefact import Artefact, Figure, Study, Table
@@ -25,6 +26,7 @@ ARTEFACTS: dict[str, Artefact] = {
     "fig4": Figure(fig3_4_approach.swarm, MODEL),
     "fig5": Figure(fig5_paths.correction, GEOMETRY),
     "feasibility": Figure(fig5_paths.feasibility, GEOMETRY),
+    "reach": Table(reach.table, GEOMETRY),
     "run6": Study(single_runs.noisy_simulation, SIMULATION),
     "fig6": Figure(fig6_9_states.simulation_states, SIMULATION, ("run6",)),
     "run7": Study(single_runs.simulations, SIMULATION),

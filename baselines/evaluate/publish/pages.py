@@ -22,6 +22,7 @@ from baselines.evaluate.conditions import Condition
 from baselines.evaluate.publish import marks, model_cards, summaries
 from baselines.evaluate.results import Results, of_rows, read_csv
 from baselines.evaluate.suites import SUITES
+from baselines.evaluate.summary import TOLERANCES, WIDE
 from baselines.evaluate.tables import formats
 from baselines.evaluate.tables.formats import NOTHING
 from baselines.evaluate.tables.table import grid
@@ -31,14 +32,21 @@ from baselines.rollout.lock import locked
 
 PROGRAM = "python -m baselines.evaluate.publish"
 FOLDER = "docs/results"
-HEADS = ("condition", "what it is", "policy", "success", "difference", "distance [cm]", "time [s]")
+HEADS = (
+    *("condition", "what it is", "policy", "success", "difference"),
+    *(f"{WIDE} tolerances", "distance [cm]", "time [s]"),
+)
 TITLE = "# Results on the suites"
+POSITION, HEADING = TOLERANCES[WIDE]
 INTRODUCTION = f"""\
 Written by `{PROGRAM}` from the `episodes.csv` of each suite. *Success* is
 the success rate with its 95 % interval, in per cent. *Difference* is the success rate minus that of
-the first policy on the same episodes, in percentage points. *Distance* is the median of the
-smallest distance to the goal; *time* is the median time of the successful episodes. The folder of
-each suite also holds the report of its run (`report.md`).
+the first policy on the same episodes, in percentage points. *Wide tolerances* is the share of
+episodes in which the vessel was, when nearest to its goal and however fast, within {POSITION:g}
+times the tolerance of position and {HEADING:g} times that of heading: 10 cm and 0.5 rad with the
+nominal vessel, the scale of the paper's tank experiment. *Distance* is the median of the smallest
+distance to the goal; *time* is the median time of the successful episodes. The folder of each suite
+also holds the report of its run (`report.md`).
 """
 OVERVIEW = (
     "Mean success rate of each policy over the conditions of a suite, and its worst condition:"
@@ -172,9 +180,18 @@ def _line(results: Results, condition: Condition, policy: str) -> list[str]:
         policy,
         formats.share_estimate(vars(statistics.proportion(success))),
         formats.points(vars(difference)) if policy != first else NOTHING,
+        _wide(results, condition, policy),
         _median(results.column(condition.name, policy, "min_position_error"), "cm", 100.0),
         _median(results.column(condition.name, policy, "time_to_goal"), "s"),
     ]
+
+
+def _wide(results: Results, condition: Condition, policy: str) -> str:
+    """Returns the share of episodes placed within the wide tolerances, if the task has a goal."""
+    if not condition.params.definition.has_goal:
+        return NOTHING
+    placed = results.placed(condition.name, policy, POSITION, HEADING)
+    return formats.share(float(placed.mean()))
 
 
 def _median(values: Float, unit: str, scale: float = 1.0) -> str:

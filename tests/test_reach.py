@@ -1,0 +1,41 @@
+"""Which goals are within reach in time, and the paths that are planned to them."""
+
+import numpy as np
+import pytest
+
+from asv_env import make_params
+from baselines.paper import two_arc
+from baselines.paper.arc_following import two_arcs
+from baselines.paper.paper_numbers import GAINS, PaperGains
+from baselines.paper.paper_policy import push_speed
+from baselines.reproduce import reach
+
+PARAMS = make_params()
+GOALS = np.array([(0.55, -0.95, 0.1), (0.3, 0.2, 1.0), (-0.5, -0.4, 2.0), (0.0, 0.3, 0.5)])
+
+
+def test_the_papers_goal_is_in_time_exactly_when_its_path_is_driven_before_the_limit():
+    (length,) = reach.lengths(GOALS[:1], PARAMS, GAINS)
+    assert length == pytest.approx(1.140644, abs=1e-6)
+    needed = 80.0 + length / push_speed(PARAMS, GAINS)
+    for late, expected in ((0.1, True), (-0.1, False)):
+        assert reach.in_time(GOALS[:1], PARAMS, GAINS, needed + late)[0] == expected
+
+
+def test_a_turn_by_goal_reaches_more_and_is_never_longer():
+    params, goals = PARAMS, reach.sampled_goals(PARAMS, range(300))
+    printed = reach.lengths(goals, params, GAINS)
+    by_goal = reach.lengths(goals, params, PaperGains(alpha1=None))
+    assert (by_goal <= printed + 1e-9).all()
+    assert np.isfinite(by_goal).sum() > 1.2 * np.isfinite(printed).sum()
+
+
+@pytest.mark.parametrize("min_radius", [1.0, 1.75, 3.0])
+def test_where_the_bound_of_the_radius_cannot_be_kept_the_path_is_legal_all_the_same(min_radius):
+    goals = reach.sampled_goals(PARAMS, range(300))
+    path = two_arcs(goals, 0.2, PaperGains(alpha1=None, min_radius=min_radius))
+    wide = two_arc.feasible(two_arc.shortest(goals, 0.2 * min_radius), 0.2 * min_radius)
+    assert two_arc.feasible(path, 0.2).all()
+    np.testing.assert_array_equal(two_arc.feasible(path, 0.2 * min_radius), wide)
+    assert wide.all() == (min_radius == 1.0)
+    np.testing.assert_allclose(path.end, goals, atol=1e-9)
