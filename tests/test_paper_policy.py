@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from asv_env import Simulation, make_params
-from asv_env.physics.autopilot import FULL_SPEED, FULL_YAW_RATE
+from asv_env.params import BoatParams
 from asv_env.tasks.formation import slots
 from asv_env.types import rows
 from baselines.paper.coasting import coasting_speed
@@ -21,6 +21,7 @@ from baselines.paper.paper_policy import PaperPolicy
 from baselines.rollout import runner
 
 GOAL = (0.55, -0.95, 0.1)
+FULL_SPEED, FULL_YAW_RATE = BoatParams().full_speed, BoatParams().full_yaw_rate
 CENTRE = 0.57727235
 """x of the first circle's centre for that goal and alpha_1 = 1, from the checked equations, m."""
 
@@ -201,10 +202,10 @@ def test_end_boats_turn_against_the_drift_of_the_vessel():
 def test_coasting_speed_agrees_with_the_integrated_motion():
     hull = make_params().hulls()[0]
     linear, quadratic = hull.sway
-    slowing = lambda v: hull.total_mass / (linear + quadratic * v)  # noqa: E731 (dx/dv)
+    slowing = lambda v: hull.masses[1] / (linear + quadratic * v)  # noqa: E731 (dx/dv)
     assert quad(slowing, 0, coasting_speed(hull, 0.3))[0] == pytest.approx(0.3)
     linearised = hull.linearised(0.1, 0.5)
-    assert quad(lambda v: hull.total_mass / linearised.sway[0], 0, coasting_speed(linearised, 0.3))[
+    assert quad(lambda v: hull.masses[1] / linearised.sway[0], 0, coasting_speed(linearised, 0.3))[
         0
     ] == pytest.approx(0.3)
 

@@ -37,8 +37,7 @@ def test_the_first_turn_is_that_of_the_shortest_legal_path_of_every_goal():
 @pytest.mark.parametrize("delivery", ["holding", "passing"])
 @pytest.mark.parametrize("policy", ["paper", "paper-tuned"])
 def test_both_policies_run_by_either_criterion(policy, delivery):
-    options = {"delivery": delivery} if hasattr(make_params().task, "delivery") else {}
-    params = make_params("push", time_limit=3.0, **options)
+    params = make_params("push", time_limit=3.0, delivery=delivery)
     (log,) = runner.run(POLICIES[policy], params, [0], 1)
     assert log.episode.error is None
 

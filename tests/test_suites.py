@@ -87,9 +87,14 @@ def test_the_paper_suite_has_the_papers_goal_and_others_and_its_time():
     tasks = {one.name: one.params.task for one in SUITES["paper-v2"].conditions}
     goals = {name: task.goal for name, task in tasks.items()}
     assert goals == {
-        "nominal": PAPER_GOAL, "noisy": PAPER_GOAL, "plane": None, "plane-noisy": None
-    }  # fmt: skip
-    assert {tasks[name].goal_anchor for name in ("nominal", "noisy")} == {"closure"}
+        **dict.fromkeys(("nominal", "noisy", "holding"), PAPER_GOAL),
+        **dict.fromkeys(("plane", "plane-noisy")),
+    }
+    assert {tasks[name].goal_anchor for name, goal in goals.items() if goal} == {"closure"}
+    assert {name for name, task in tasks.items() if task.delivery == "passing"} == {
+        "nominal",
+        "noisy",
+    }
     assert {task.time_limit for task in tasks.values()} == {600.0}
 
 

@@ -98,13 +98,15 @@ _PLANE = (
 def _papers() -> tuple[Condition, ...]:
     """Returns the paper's tasks, with the time that its approach of 80 s and detours take."""
     options: dict[str, Any] = {"time_limit": 600.0}
-    goal = Condition("nominal", "the paper's goal, from the pose at closure", options=options)
-    goal = replace(goal, preset="experiment")
+    about = "the paper's goal, from the pose at closure, delivered by passing"
+    goal = Condition("nominal", about, preset="experiment", options=options)
+    holding: dict[str, Any] = {**options, "delivery": "holding"}
     plane = Condition("plane", "goals over the whole plane", options=options)
     noise = "the same, measured with noise"
     return (
         goal,
         replace(goal, name="noisy", about=noise, control=goal.name, scenario="noisy"),
+        replace(goal, name="holding", about="delivered by holding", options=holding),
         plane,
         replace(plane, name="plane-noisy", about=noise, control=plane.name, scenario="noisy"),
     )

@@ -106,9 +106,10 @@ def table(job: Job, study: dict[str, Any]) -> dict[str, Any]:
             rows.append(dict(zip(names, row, strict=True)) | found | shares)
     notes = [
         "Rows of the simulation: preset `experiment`, goal {0.55 m, -0.95 m, 0.1 rad} from the "
-        "pose at closure. Delivered: by the criterion of the environment, which asks the vessel to "
-        "stay. Within: at the instant of smallest distance, as the paper measures. Deviations are "
-        "those of samples; the paper does not say which it gives, nor how many trials it left out.",
+        "pose at closure. Delivered: within 5 cm and 0.1 rad for an instant, slower than 1 cm/s, "
+        "and no longer coming nearer. Within: at the instant of smallest distance, at any speed. "
+        "Deviations are those of samples; the paper does not say which it gives, nor how many "
+        "trials it left out.",
         *map(_acceptance_in_words, accepted),
     ]
     return {"rows": rows, "notes": notes}
