@@ -29,6 +29,7 @@ BOAT_FORM_DRAG = 0.5
 Between a blunt prism along the flow (0.87 at four diameters) and a rounded nose (0.2 to 0.3):
 White, Fluid Mechanics, table 7.3; Hoerner, Fluid-Dynamic Drag, chapter 3.
 """
+LIFT_SPEED = 0.1  #: forward speed at which the boat's side force is made linear, m/s
 YAW_TIME = 0.45  #: yaw time constant of the boat, s: that of CyberShip II at 12 cm
 
 COAST = (0.04, 0.20)  #: the paper's datum: the vessel coasts sideways from m/s over m
@@ -135,6 +136,15 @@ def friction(length: float, speed: float, area: float) -> float:
     return 0.5 * DENSITY * speed * area * 1.328 / math.sqrt(reynolds)
 
 
+def side_force(draft: float, speed: float) -> float:
+    """Returns the lift of a hull at an angle of drift, over its sway speed, kg/s.
+
+    The hull and its image at the surface are a wing of very low aspect ratio: 2 draft / length
+    (Jones 1946; Newman, Marine Hydrodynamics, section 5.15). ``speed`` is that ahead, m/s.
+    """
+    return 0.5 * DENSITY * math.pi * draft**2 * speed
+
+
 def boat(hull: BoatParams) -> Coefficients:
     """Returns the coefficients of a boat of the nominal kind, with its draft and top speed."""
     length, beam, draft = hull.length, hull.width, BOAT_DRAFT
@@ -154,7 +164,7 @@ def boat(hull: BoatParams) -> Coefficients:
         added_mass=(ahead * hull.mass, sway_ends * section * length),
         added_inertia=added_inertia,
         surge=(linear, form),
-        sway=(linear * math.sqrt(length / beam), across * length),
+        sway=(linear * math.sqrt(length / beam) + side_force(draft, LIFT_SPEED), across * length),
         yaw=((dry + added_inertia) / YAW_TIME, across * length**4 / 32),
     )
 

@@ -87,16 +87,16 @@ class BoatParams(HullParams):
     length: BoatLength = 0.12
     width: BoatLength = 0.065
     mass: Mass = 0.10
-    added_mass: AddedMasses = (0.01, 0.04)
+    added_mass: AddedMasses = (0.014, 0.042)
     inertia: Inertia | None = 1.55e-4
-    added_inertia: AddedInertia = 0.66e-4
-    surge: DragPair = (0.03, 0.25)
-    sway: DragPair = (0.08, 0.67)
-    yaw: DragPair = (1e-4, 3.6e-5)
+    added_inertia: AddedInertia = 2e-5
+    surge: DragPair = (0.0278, 0.26)
+    sway: DragPair = (0.078, 0.62)
+    yaw: DragPair = (3.9e-4, 3.4e-5)
     bow: float = 0.02  #: width of the flat bow, at most that of the hull, m
     thrust: Thrust = 0.010  #: of one motor at full command ahead, N
     astern: Fraction = 0.6  #: thrust astern as a fraction of that ahead
-    lever_arm: BoatLength = 0.02  #: distance of each motor from the centre line, m
+    lever_arm: BoatLength = 0.03  #: distance of each motor from the centre line, m
     lag: Lag = 0.1  #: first-order time constant of the thrusters, s
     #: thrust of a motor by its signal: "linear", or "quadratic" for a propeller's speed
     thrust_law: Annotated[str, Name(THRUST_LAWS)] = "linear"
@@ -137,11 +137,11 @@ class VesselParams(HullParams):
     length: VesselLength = NOMINAL_LENGTH
     width: VesselLength = 0.15
     mass: Mass = 0.60
-    added_mass: AddedMasses = (0.03, 0.08)
+    added_mass: AddedMasses = (0.25, 0.12)
     inertia: Inertia | None = 9.1e-3
-    added_inertia: AddedInertia = 0.8e-3
-    surge: DragPair = (0.20, 0.75)
-    sway: DragPair = (0.10, 2.0)
+    added_inertia: AddedInertia = 1.5e-3
+    surge: DragPair = (0.0681, 0.67)
+    sway: DragPair = (0.111, 1.8)
     yaw: DragPair = (1.5e-3, 4e-3)
     fins: Drag = 3.6  #: quadratic surge drag of the fins, kg/m, on top of the bare hull's
 
