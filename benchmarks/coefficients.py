@@ -29,8 +29,9 @@ BOAT_FORM_DRAG = 0.5
 Between a blunt prism along the flow (0.87 at four diameters) and a rounded nose (0.2 to 0.3):
 White, Fluid Mechanics, table 7.3; Hoerner, Fluid-Dynamic Drag, chapter 3.
 """
-LIFT_SPEED = 0.1  #: forward speed at which the boat's side force is made linear, m/s
+LIFT_SPEED = 0.1  #: forward speed at which the lift on the hull is linearised, m/s
 YAW_TIME = 0.45  #: yaw time constant of the boat, s: that of CyberShip II at 12 cm
+LEVER_ARM = 0.37  #: distance of a motor from the centre line over the beam: that of the Otter
 
 COAST = (0.04, 0.20)  #: the paper's datum: the vessel coasts sideways from m/s over m
 PRISM_DRAG = 0.9
@@ -64,7 +65,7 @@ Hoerner's curve as digitised in Fossen, Handbook, 2nd edition, figure 6.5, and h
 
 @dataclass(frozen=True)
 class Coefficients:
-    """What is derived for a hull; the fields are those of ``HullParams``, in SI units."""
+    """What is derived for a bare hull; the fields are those of ``HullParams``, in SI units."""
 
     added_mass: tuple[float, float]
     added_inertia: float
@@ -136,13 +137,12 @@ def friction(length: float, speed: float, area: float) -> float:
     return 0.5 * DENSITY * speed * area * 1.328 / math.sqrt(reynolds)
 
 
-def side_force(draft: float, speed: float) -> float:
-    """Returns the lift of a hull at an angle of drift, over its sway speed, kg/s.
+def lift(draft: float, speed: float) -> float:
+    """Returns the lift of a hull at a small drift angle over its sway speed, kg/s.
 
-    The hull and its image at the surface are a wing of very low aspect ratio: 2 draft / length
-    (Jones 1946; Newman, Marine Hydrodynamics, section 5.15). ``speed`` is that ahead, m/s.
+    It is that of a wing of low aspect ratio, the double body (Jones 1946; Newman, chapter 7).
     """
-    return 0.5 * DENSITY * math.pi * draft**2 * speed
+    return DENSITY * math.pi / 2 * draft**2 * speed
 
 
 def boat(hull: BoatParams) -> Coefficients:
@@ -164,49 +164,66 @@ def boat(hull: BoatParams) -> Coefficients:
         added_mass=(ahead * hull.mass, sway_ends * section * length),
         added_inertia=added_inertia,
         surge=(linear, form),
-        sway=(linear * math.sqrt(length / beam) + side_force(draft, LIFT_SPEED), across * length),
+        sway=(linear * math.sqrt(length / beam) + lift(draft, LIFT_SPEED), across * length),
         yaw=((dry + added_inertia) / YAW_TIME, across * length**4 / 32),
     )
 
 
+def yaw_of_strips(hull: BoatParams, speed: float) -> float:
+    """Returns the linear yaw damping of a boat's hull by friction and lift alone, N m s.
+
+    Lift acts at the stern, where the flow leaves the hull; pods and propellers are left out.
+    """
+    derived = boat(hull)
+    friction = derived.surge[0] * math.sqrt(hull.length / hull.width) * hull.length**2 / 12
+    return friction + lift(BOAT_DRAFT, speed) * (hull.length / 2) ** 2
+
+
+def turning_on_the_spot(hull: BoatParams) -> float:
+    """Returns the yaw rate, rad/s, at which a boat turns with one motor ahead, one astern.
+
+    Both give what a motor can astern.
+    """
+    linear, quadratic = boat(hull).yaw
+    moment = 2 * hull.astern * hull.thrust * hull.lever_arm
+    return (math.sqrt(linear**2 + 4 * quadratic * moment) - linear) / (2 * quadratic)
+
+
 def vessel(hull: VesselParams) -> Coefficients:
-    """Returns the coefficients of a plank with cross fins; its draft follows from its mass."""
+    """Returns the coefficients of a plank without its fins; its draft follows from its mass."""
     length, beam = hull.length, hull.width
     draft = hull.mass / (DENSITY * length * beam)
     section = rectangle_sway(beam, draft)
     _, sway_ends, yaw_ends = end_factors(length, beam, draft)
     sway_mass = sway_ends * section * length
-    bare, fins = end_masses(beam, draft)
 
     across = 0.5 * DENSITY * PRISM_DRAG * draft
     speed, distance = COAST
     exponent = distance * across * length / (hull.mass + sway_mass)
     linear = speed * across * length / math.expm1(exponent)
-    fin_moment = 0.5 * DENSITY * PLATE_DRAG * 2 * FIN_DEPTH * beam**4 / 32
     return Coefficients(
-        added_mass=(bare + fins, sway_mass),
-        added_inertia=yaw_ends * section * length**3 / 12 + fins * beam**2 / 12,
+        added_mass=(plate_mass(beam, 2 * draft) / 2, sway_mass),
+        added_inertia=yaw_ends * section * length**3 / 12,
         surge=(linear * math.sqrt(beam / length), across * beam),
         sway=(linear, across * length),
-        yaw=(linear * length**2 / 12, across * length**4 / 32 + fin_moment),
+        yaw=(linear * length**2 / 12, across * length**4 / 32),
     )
-
-
-def end_masses(beam: float, draft: float) -> tuple[float, float]:
-    """Returns the added mass in surge of the vessel's ends without fins, and that of the fins, kg.
-
-    The outer faces of both ends together are a plate from the surface to the bottom of the fins,
-    mirrored at the surface; the inner faces are the fins, mirrored at the bottom of the hull.
-    """
-    bare = plate_mass(beam, 2 * draft) / 2
-    outer = plate_mass(beam, 2 * (draft + FIN_DEPTH)) / 2
-    inner = plate_mass(beam, 2 * FIN_DEPTH) / 2
-    return bare, outer + inner - bare
 
 
 def fin_drag(beam: float) -> float:
     """Returns the quadratic surge drag of both fins, kg/m."""
     return 0.5 * DENSITY * PLATE_DRAG * 2 * FIN_DEPTH * beam
+
+
+def fin_mass(beam: float, draft: float) -> float:
+    """Returns the added mass in surge of both fins, on top of the bare hull's, kg.
+
+    The outer faces of both ends together are a plate from the surface to the bottom of the fins,
+    mirrored at the surface; the inner faces are the fins, mirrored at the bottom of the hull.
+    """
+    outer = plate_mass(beam, 2 * (draft + FIN_DEPTH)) / 2
+    inner = plate_mass(beam, 2 * FIN_DEPTH) / 2
+    return outer + inner - plate_mass(beam, 2 * draft) / 2
 
 
 def rounded(number: float, digits: int = 2) -> float:
@@ -232,7 +249,7 @@ def defaults(derived: Coefficients) -> dict[str, float | tuple[float, float]]:
     }
 
 
-CRAFT = {"CyberShip II": (1.255, 2.76, 1.9), "Otter": (2.0, 54.0, 54.0)}
+CRAFT = {"CyberShip II": (1.255, 2.76, 1.9), "Heron": (1.35, 10.0, 6.0), "Otter": (2.0, 54.0, 54.0)}
 """Published craft: length, m, inertia with added inertia, kg m^2, linear yaw damping, N m s."""
 
 
@@ -251,8 +268,13 @@ def table() -> None:
         for field, value in defaults(derived).items():
             exact = np.atleast_1d(getattr(derived, field))
             say(f"| `{field}` | {', '.join(f'{number:.4g}' for number in exact)} | `{value}` |")
-    times = ", ".join(f"{name} {time:.2f} s" for name, time in yaw_times(0.12).items())
-    say(f"Yaw time constants scaled to 12 cm: {times}")
+    hull = BoatParams()
+    times = ", ".join(f"{name} {time:.2f} s" for name, time in yaw_times(hull.length).items())
+    strips = ", ".join(f"{yaw_of_strips(hull, speed):.2g}" for speed in (0.0, 0.1, 0.2))
+    say(f"Yaw time constants of craft scaled to {hull.length:g} m: {times}")
+    say(f"Linear yaw damping of strips and lift at 0, 0.1 and 0.2 m/s: {strips} N m s")
+    say(f"Yaw rate of turning on the spot: {turning_on_the_spot(hull):.2g} rad/s")
+    say(f"Lever arm: {rounded(LEVER_ARM * hull.width):g} m")
 
 
 main = command(table, "python benchmarks/coefficients.py")

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from asv_env.params import BoatParams, VesselParams
+from asv_env.params.hull_params import FIN_ADDED_MASS
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 approx = pytest.approx
@@ -78,5 +79,45 @@ def test_linear_drag_is_a_few_times_laminar_friction(coefficients):
     assert 2 < vessel.sway[0] / plank < 6
 
 
-def test_fins_have_the_drag_of_their_plates(coefficients):
-    assert coefficients.fin_drag(VesselParams().width) == approx(VesselParams().fins)
+def test_fins_have_the_drag_and_the_added_mass_of_their_plates(coefficients):
+    fins, mass = VesselParams().fins, coefficients.fin_mass(VesselParams().width, draft=0.01)
+    assert coefficients.fin_drag(VesselParams().width) == approx(fins)
+    assert mass / fins == approx(FIN_ADDED_MASS, rel=0.01)
+
+
+def test_fins_resist_yaw_as_their_strips_do(coefficients):
+    bare, whole = VesselParams(), VesselParams().with_fins()
+    width = bare.width
+    drag, mass = bare.fins / width, whole.added_mass[0] - bare.added_mass[0]
+    moment = quad(lambda y: drag * abs(y) ** 3, -width / 2, width / 2)[0]
+    inertia = quad(lambda y: mass / width * y**2, -width / 2, width / 2)[0]
+    assert whole.yaw[1] - bare.yaw[1] == approx(moment)
+    assert whole.added_inertia - bare.added_inertia == approx(inertia)
+    assert whole.surge[1] - bare.surge[1] == approx(bare.fins)
+
+
+@pytest.mark.parametrize("kind", ["boat", "vessel"])
+def test_defaults_are_what_is_derived(coefficients, kind):
+    hull = {"boat": BoatParams, "vessel": VesselParams}[kind]()
+    derived = coefficients.defaults(getattr(coefficients, kind)(hull))
+    assert {name: getattr(hull, name) for name in derived} == derived
+
+
+def test_motors_and_full_yaw_rate_are_what_is_derived(coefficients):
+    boat = BoatParams()
+    assert coefficients.rounded(coefficients.LEVER_ARM * boat.width) == boat.lever_arm
+    assert coefficients.rounded(coefficients.turning_on_the_spot(boat), 1) == boat.full_yaw_rate
+
+
+def test_yaw_damping_is_near_that_of_strips_and_lift_at_full_speed(coefficients):
+    boat = BoatParams()
+    assert coefficients.yaw_of_strips(boat, boat.full_speed) == approx(boat.yaw[0], rel=0.2)
+
+
+def test_stretched_vessel_is_nearly_what_is_derived_at_its_length(coefficients):
+    """Ends matter less to a longer hull, most of all to its added inertia, 1/6 of the whole."""
+    long = VesselParams().stretched(0.8)
+    for name, value in vars(coefficients.vessel(long)).items():
+        tolerance = 0.3 if name == "added_inertia" else 0.1
+        assert getattr(long, name) == approx(value, rel=tolerance), name
+    assert long.added_inertia < long.total_inertia / 6

@@ -13,35 +13,17 @@ from helpers import (
     terminal,
 )
 
-from asv_env import geometry, make_params
+from asv_env import geometry
 from asv_env.params import BoatParams, VesselParams
 
 approx = pytest.approx
 
 
-@pytest.mark.parametrize(
-    ("hull", "size", "mass", "inertia"),
-    [
-        (BoatParams(), (0.12, 0.065), (0.10, 0.02), (1.55e-4, 0.66e-4)),
-        (VesselParams(), (0.40, 0.15), (0.60, 0.08), (9.1e-3, 0.8e-3)),
-    ],
-    ids=["boat", "vessel"],
-)
-def test_hulls_are_those_of_the_design(hull, size, mass, inertia):
-    assert (hull.length, hull.width) == size
-    assert (hull.mass, hull.added_mass) == mass
-    assert (hull.inertia, hull.added_inertia) == inertia
-    assert hull.total_mass == approx(sum(mass))
-    assert hull.total_inertia == approx(sum(inertia))
-
-
-def test_drag_and_thrust_are_those_of_the_design():
-    vessel, boat = make_params().hulls()
-    assert (boat.surge, boat.sway, boat.yaw) == ((0.03, 0.25), (0.08, 0.67), (1e-4, 3.6e-5))
-    assert vessel.surge == approx((0.20, 4.35))
-    assert (vessel.sway, vessel.yaw) == ((0.10, 2.0), (1.5e-3, 4e-3))
-    assert (boat.thrust, boat.astern, boat.lever_arm, boat.lag) == (0.010, 0.6, 0.02, 0.1)
-    assert make_params().water.contact_friction == 0.3
+def test_effective_masses_are_those_of_hull_and_water():
+    boat, vessel = BoatParams(), VesselParams()
+    assert boat.masses == approx((0.10 + 0.014, 0.10 + 0.042, 1.55e-4 + 2e-5))
+    assert vessel.masses == approx((0.60 + 0.022, 0.60 + 0.12, 9.1e-3 + 1.1e-3))
+    assert (boat.contact_mass, vessel.contact_mass) == (boat.masses[0], vessel.masses[1])
 
 
 def quadrature(outline):
@@ -86,16 +68,17 @@ def test_vessel_given_nothing_about_its_inertia_has_nearly_that_of_a_plank():
 
 def test_motors_accelerate_the_effective_mass_and_inertia():
     params = dragless()
-    motions = World(params, bodies((), (0, 2), (0, -2)), lag=1e-6).record(1, [AHEAD, (0, 1)])
+    motions = World(params, bodies((), (0, 2), (0, -2)), lag=1e-6).record(1, [AHEAD, (-1, 0.6)])
     ahead, turning = motions[-1, 1], motions[-1, 2]
-    assert ahead[3] == approx(0.02 / 0.12, rel=1e-6)
-    assert turning[5] == approx(0.02 * 0.010 / 2.21e-4, rel=1e-6)
+    surge, _, yaw = params.boat.masses
+    assert ahead[3] == approx(2 * 0.010 / surge, rel=1e-6)
+    assert turning[5] == approx(2 * 0.024 * 0.006 / yaw, rel=1e-6)
 
 
 def test_drawn_mass_and_drag_scale_the_hull():
     gains = {"mass_gain": np.array([1, 1.2, 1]), "drag_gain": np.array([1, 1, 1.3])}
     params = dragless()
-    for column, action in ((3, AHEAD), (5, (0.0, 1.0))):
+    for column, action in ((3, AHEAD), (5, (-1.0, 0.6))):
         start = bodies((), (0, 2), (0, -2))
         light, heavy = World(params, start, lag=1e-6, **gains).run(0.02, action)[[2, 1], column]
         assert light / heavy == approx(1.2, rel=1e-6)

@@ -1,7 +1,7 @@
 """All parameters of an environment, checked against each other."""
 
 import math
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from typing import Annotated, Any, Self
 
 from asv_env.checks import LARGEST_TEAM, Name, Whole, check_fields, plain
@@ -194,10 +194,8 @@ class EnvParams:
         return max(1, round(self.task.time_limit * self.clock.control))
 
     def hulls(self) -> tuple[VesselParams, BoatParams]:
-        """Returns vessel and boat with the drag that acts: with fins, linear if asked for."""
-        surge, quadratic = self.vessel.surge
-        vessel = replace(self.vessel, surge=(surge, quadratic + self.vessel.fins), fins=0.0)
-        boat = self.boat
+        """Returns vessel and boat as they move: with fins, and linear drag if asked for."""
+        vessel, boat = self.vessel.with_fins(), self.boat
         if self.water.drag == "linear":
             at = (self.water.linear_speed, self.water.linear_yaw_rate)
             vessel, boat = vessel.linearised(*at), boat.linearised(*at)

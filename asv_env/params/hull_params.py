@@ -1,5 +1,6 @@
 """Floating hulls: size, mass, drag, thrust."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Self
 
@@ -24,6 +25,7 @@ from asv_env.params.ranges import (
 
 THRUST_LAWS = ("linear", "quadratic")
 NOMINAL_LENGTH = 0.40  #: length of the nominal vessel, m
+FIN_ADDED_MASS = 0.064  #: added mass of the fins over their quadratic drag, m
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,11 @@ class HullParams:
 
 @dataclass(frozen=True)
 class BoatParams(HullParams):
-    """A differential-drive micro-ASV. Nominal: 12 cm long, 0.23 m/s at full thrust."""
+    """A differential-drive micro-ASV. Nominal: 12 cm long, 0.23 m/s at full thrust.
+
+    ``benchmarks/coefficients.py`` derives the nominal coefficients, ``docs/physics.md`` explains
+    them.
+    """
 
     length: BoatLength = 0.12
     width: BoatLength = 0.065
@@ -96,12 +102,13 @@ class BoatParams(HullParams):
     bow: float = 0.02  #: width of the flat bow, at most that of the hull, m
     thrust: Thrust = 0.010  #: of one motor at full command ahead, N
     astern: Fraction = 0.6  #: thrust astern as a fraction of that ahead
-    lever_arm: BoatLength = 0.03  #: distance of each motor from the centre line, m
+    lever_arm: BoatLength = 0.024  #: distance of each motor from the centre line, m
     lag: Lag = 0.1  #: first-order time constant of the thrusters, s
     #: thrust of a motor by its signal: "linear", or "quadratic" for a propeller's speed
     thrust_law: Annotated[str, Name(THRUST_LAWS)] = "linear"
     full_speed: FullMotion = 0.2  #: forward speed of a full tracking action, m/s
-    full_yaw_rate: FullMotion = 1.2  #: yaw rate of a full tracking action, rad/s
+    #: yaw rate of a full tracking action, rad/s; nominal: that of turning on the spot
+    full_yaw_rate: FullMotion = 0.7
     #: (surge, yaw) time constants with which the autopilot's reference follows a set-point, s
     response: Responses = (0.4, 0.2)
     #: (surge m/s^2, yaw rad/s^2) largest accelerations of the autopilot's reference
@@ -132,17 +139,21 @@ class BoatParams(HullParams):
 
 @dataclass(frozen=True)
 class VesselParams(HullParams):
-    """A floating plank with cross fins at both ends, which limit its motion along its length."""
+    """A floating plank with cross fins at both ends, which limit its motion along its length.
+
+    The coefficients are those of the bare hull, derived as the boat's; ``with_fins`` adds what
+    the fins do.
+    """
 
     length: VesselLength = NOMINAL_LENGTH
     width: VesselLength = 0.15
     mass: Mass = 0.60
-    added_mass: AddedMasses = (0.25, 0.12)
+    added_mass: AddedMasses = (0.022, 0.12)
     inertia: Inertia | None = 9.1e-3
-    added_inertia: AddedInertia = 1.5e-3
+    added_inertia: AddedInertia = 1.1e-3
     surge: DragPair = (0.0681, 0.67)
     sway: DragPair = (0.111, 1.8)
-    yaw: DragPair = (1.5e-3, 4e-3)
+    yaw: DragPair = (1.5e-3, 3.6e-3)
     fins: Drag = 3.6  #: quadratic surge drag of the fins, kg/m, on top of the bare hull's
 
     @property
@@ -154,8 +165,8 @@ class VesselParams(HullParams):
         """Returns the vessel at another length, with the same width, draft and fins.
 
         Mass, added mass in sway and sway drag grow in proportion, added inertia and linear yaw
-        drag with the third power, the quadratic one with the fourth; the bare hull's added mass
-        and drag in surge stay.
+        drag with the third power, the quadratic one with the fourth. In surge added mass and
+        quadratic drag stay, those of the ends; skin friction grows with the root.
         """
         k = length / self.length
         return replace(
@@ -165,6 +176,25 @@ class VesselParams(HullParams):
             added_mass=(self.added_mass[0], self.added_mass[1] * k),
             inertia=self.inertia if k == 1 else None,
             added_inertia=self.added_inertia * k**3,
+            surge=(self.surge[0] * math.sqrt(k), self.surge[1]),
             sway=(self.sway[0] * k, self.sway[1] * k),
             yaw=(self.yaw[0] * k**3, self.yaw[1] * k**4),
+        )
+
+    def with_fins(self) -> Self:
+        """Returns the hull whose coefficients are those of hull and fins together.
+
+        The fins are plates across the hull, so they also resist yaw, by how their parts move.
+        """
+        surge, quadratic = self.surge
+        moment, moment_quadratic = self.yaw
+        ahead, across = self.added_mass
+        water = FIN_ADDED_MASS * self.fins
+        return replace(
+            self,
+            fins=0.0,
+            added_mass=(ahead + water, across),
+            added_inertia=self.added_inertia + water * self.width**2 / 12,
+            surge=(surge, quadratic + self.fins),
+            yaw=(moment, moment_quadratic + self.fins * self.width**3 / 32),
         )
