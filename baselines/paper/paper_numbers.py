@@ -47,8 +47,8 @@ class PaperGains:
     steering: Positive = 2.0  #: K = 2 beta / b of Eq (3): yaw rate for the heading error, 1/s
     max_speed: Positive = 0.04  #: largest speed on the approach, m/s
     stop_distance: Distance = IN_RANGE  #: distance to the goal where the motors go off, m
-    #: speed of the push, relative to that from which the vessel coasts the stop distance
-    push_speed: Positive = 1.0
+    #: mean speed of the vessel, m/s; None: that from which it coasts the stop distance
+    push_speed: Positive | None = None
     switch_distance: DistanceOrZero = (
         0.0  #: path length before the second arc where boats switch, m
     )

@@ -41,11 +41,12 @@ def arrival_time(params: EnvParams, gains: PaperGains) -> float:
 def push_speed(params: EnvParams, gains: PaperGains) -> float:
     """Returns the mean speed of the vessel, m/s, which the paper does not give.
 
-    It follows from the speed from which the vessel coasts the last 20 cm.
+    Without one it is that from which the vessel coasts the last 20 cm.
     """
+    if gains.push_speed is not None:
+        return gains.push_speed
     vessel, _ = params.hulls()
-    speed = gains.push_speed * coasting_speed(vessel, gains.stop_distance)
-    return float(np.clip(speed, *MEAN_SPEEDS))
+    return float(np.clip(coasting_speed(vessel, gains.stop_distance), *MEAN_SPEEDS))
 
 
 class PaperPolicy:

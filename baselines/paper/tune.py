@@ -7,6 +7,7 @@ own, the same for all its candidates.
 """
 
 import json
+import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -41,6 +42,7 @@ START = replace(
     alpha1=None,
     min_radius=1.75,
     arrival_time=ARRIVAL_TIME["tracking"],
+    push_speed=0.04,
     switch_distance=0.02,
 )
 """Where the search begins: as printed, but for what is zero or nothing there."""
@@ -70,6 +72,7 @@ class Stage:
     task: str  #: name of the task of its episodes
     names: tuple[str, ...]  #: gains that are searched, all positive: by their logarithms
     score: Callable[[Sequence[Episode], EnvParams], float]  #: of episodes, the larger the better
+    share: float = 1.0  #: number of its generations, relative to that of the options
 
     def gains(self, base: PaperGains, logarithms: Float) -> PaperGains:
         """Returns gains with other values (K,) of those that are searched."""
@@ -89,7 +92,7 @@ STAGES = (
         ),
         push_score,
     ),
-    Stage("approach", ("max_speed", "arrival_time", "sigma"), approach_score),
+    Stage("approach", ("max_speed", "arrival_time", "sigma"), approach_score, 0.5),
 )
 
 
@@ -97,10 +100,10 @@ STAGES = (
 class Options:
     """How long is searched, and where the results are kept."""
 
-    generations: int = 6  #: generations of each stage
-    population: int = 12  #: candidates of a generation
+    generations: int = 8  #: generations of the push; the approach has half as many
+    population: int = 10  #: candidates of a generation
     elite: int = 4  #: candidates of a generation to which the next one is fitted
-    episodes: int = 32  #: episodes of a candidate in each scenario
+    episodes: int = 24  #: episodes of a candidate in each scenario
     checked: int = (
         200  #: episodes in each scenario in which the result is compared with the paper's
     )
@@ -148,7 +151,8 @@ def improved(
     stage: Stage, base: PaperGains, options: Options, first: int, scores: Scores
 ) -> PaperGains:
     """Returns gains in which those of a stage were searched, on episodes from a seed on."""
-    total = options.generations * options.population
+    generations = math.ceil(stage.share * options.generations)
+    total = generations * options.population
     with tqdm(total=total, desc=stage.task, unit="candidate", file=sys.stderr) as bar:
 
         def objective(candidate: Float) -> float:
@@ -160,7 +164,7 @@ def improved(
             return score
 
         mean, rng = stage.logarithms(base), np.random.default_rng(options.seed)
-        numbers = options.generations, options.population, options.elite
+        numbers = generations, options.population, options.elite
         found = search(objective, mean, np.full_like(mean, SPREAD), rng, *numbers)
     return stage.gains(base, found)
 
