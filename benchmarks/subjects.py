@@ -1,61 +1,54 @@
-"""What is timed: adapters of this environment in two situations, and VMAS ``transport``."""
+"""What is timed: environments of 4 boats, physics at 50 Hz and control at 10 Hz.
 
-import contextlib
-import io
+Only public names are used, so that an older version of the package can be timed too.
+"""
+
 import itertools
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import Any
 
+import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
-from tqdm import tqdm
 
-from asv_env.envs.joint import JointEnv
-from asv_env.envs.vector import AsvVectorEnv
-from asv_env.simulation import Simulation
+import asv_env  # noqa: F401: it registers the environments
 
 NUM_BOATS = 4
 CLOCK = {"physics": 50, "sensing": 10, "control": 10}
 ACTIONS = 32  #: number of actions that are drawn beforehand and used in turn
+SINGLE = "gym.make"  #: name of one world, stepped by itself
 
 
 @dataclass(frozen=True)
 class Situation:
     """What the boats are doing."""
 
-    name: str  #: in the table
-    task: str  #: of the environment
-    time_limit: float  #: of an episode, s
-    actions: Callable[[Simulation], list[np.ndarray]]  #: returns those (W, A, 2) to use in turn
+    task: str  #: identifier of the environment
+    time_limit: float  #: of an episode, s; episodes of many worlds are staggered
+    actions: Callable[[Any], list[np.ndarray]]  #: of a simulation, those (W, A, 2) to use in turn
 
     @property
     def options(self) -> dict[str, Any]:
         """Arguments of the environment's adapters."""
-        own = {"task": self.task, "time_limit": self.time_limit}
-        return own | {"num_boats": NUM_BOATS, "clock": CLOCK}
+        return {"time_limit": self.time_limit, "num_boats": NUM_BOATS, "clock": CLOCK}
 
 
 @dataclass
 class Subject:
     """Something to be timed."""
 
-    worlds: int  #: number of worlds
-    situation: str  #: name of the situation
-    adapter: str  #: name of what is stepped
     step: Callable[[], object]  #: advances all worlds by one step
-    simulation: Simulation | None = None  #: behind the adapter; None for VMAS
+    simulation: Any  #: behind the environment
 
 
-def _random_actions(simulation: Simulation) -> list[np.ndarray]:
+def _random_actions(simulation: Any) -> list[np.ndarray]:
     rng = np.random.default_rng(0)
     shape = (simulation.num_worlds, NUM_BOATS, 2)
     return [rng.uniform(-1, 1, shape).astype(np.float32) for _ in range(ACTIONS)]
 
 
-def _pushing_actions(simulation: Simulation) -> list[np.ndarray]:
+def _pushing_actions(simulation: Any) -> list[np.ndarray]:
     """Returns full speed for the boats at the side; those at the ends keep pace, yawed inwards."""
     along = simulation.state.slot.real
     vessel, _ = simulation.params.hulls()
@@ -66,29 +59,36 @@ def _pushing_actions(simulation: Simulation) -> list[np.ndarray]:
     return [action]
 
 
-UNCONSTRAINED = Situation("unconstrained", "transport", 60.0, _random_actions)
-PUSHING = Situation("pushing", "push", 20.0, _pushing_actions)
+SITUATIONS = {
+    "at large": Situation("asv_env/Transport-v0", 60.0, _random_actions),
+    "pushing": Situation("asv_env/Push-v0", 20.0, _pushing_actions),
+}
+"""Random actions, few contacts; and a grasped vessel under way at 10 cm/s, contacts everywhere."""
 
 
-def vector_subject(situation: Situation, worlds: int) -> Subject:
-    """Returns ``AsvVectorEnv`` with SAME_STEP autoreset, its episodes staggered."""
-    env = AsvVectorEnv(worlds, autoreset_mode=AutoresetMode.SAME_STEP, **situation.options)
-    env.reset(seed=0)
-    step = _in_turn(env.step, situation.actions(env.simulation))
+def vector_subject(situation: Situation, worlds: int, threads: int) -> Subject:
+    """Returns many worlds with SAME_STEP autoreset, their episodes staggered."""
+    options = situation.options | ({"num_threads": threads} if threads > 1 else {})
+    options |= {"autoreset_mode": AutoresetMode.SAME_STEP}
+    made = gymnasium.make_vec(situation.task, worlds, **options)
+    made.reset(seed=0)
+    env: Any = made.unwrapped
+    step = in_turn(env.step, situation.actions(env.simulation))
     length = round(situation.time_limit * CLOCK["control"])
     begins = np.arange(worlds) * length // worlds
-    for tick in tqdm(range(length), f"{worlds} {situation.name}", leave=False, delay=1):
+    for tick in range(length):
         step()
         if (begins == tick).any():
             env.reset(options={"reset_mask": begins == tick})
-    return Subject(worlds, situation.name, "AsvVectorEnv", step, env.simulation)
+    return Subject(step, env.simulation)
 
 
-def joint_subject(situation: Situation) -> Subject:
-    """Returns ``JointEnv``, reset by its user."""
-    env = JointEnv(**situation.options)
+def single_subject(situation: Situation) -> Subject:
+    """Returns one world as ``gym.make`` makes it, reset by its user."""
+    env: Any = gymnasium.make(situation.task, **situation.options)
     env.reset(seed=0)
-    advance = _in_turn(env.step, [action[0] for action in situation.actions(env.simulation)])
+    simulation = env.unwrapped.simulation
+    advance = in_turn(env.step, [action[0] for action in situation.actions(simulation)])
 
     def step() -> None:
         _, _, terminated, truncated, _ = advance()
@@ -97,42 +97,10 @@ def joint_subject(situation: Situation) -> Subject:
 
     for _ in range(100):
         step()
-    return Subject(1, situation.name, "JointEnv", step, env.simulation)
+    return Subject(step, simulation)
 
 
-def _in_turn(function: Callable[[Any], Any], arguments: Sequence[Any]) -> Callable[[], Any]:
+def in_turn(function: Callable[[Any], Any], arguments: Sequence[Any]) -> Callable[[], Any]:
     """Returns a function that calls another one with the arguments in turn, over and over."""
     following = itertools.cycle(arguments)
     return lambda: function(next(following))
-
-
-def vmas_subject(worlds: int) -> Subject:
-    """Returns VMAS ``transport`` under random actions."""
-    with contextlib.redirect_stderr(io.StringIO()):  # an old gym complains of its age
-        import torch
-        from vmas import make_env
-    torch.set_num_threads(1)
-    options: dict[str, Any] = {"continuous_actions": True, "n_agents": NUM_BOATS, "seed": 0}
-    env = make_env("transport", num_envs=worlds, device="cpu", **options)
-    env.reset()
-    actions = [[2 * torch.rand(worlds, 2) - 1 for _ in range(NUM_BOATS)] for _ in range(ACTIONS)]
-    step = _in_turn(env.step, actions)
-    for _ in range(20):
-        step()
-    return Subject(worlds, "", "VMAS", step)
-
-
-def all_subjects(sizes: Sequence[int], vmas: bool) -> list[Subject]:
-    """Returns all that is timed, by numbers of worlds; VMAS too where wanted and installed."""
-    found = []
-    if vmas and find_spec("vmas") is None:
-        vmas = False
-        print("No comparison with VMAS: pip install vmas", file=sys.stderr)
-    for worlds in sizes:
-        if vmas:
-            found.append(vmas_subject(worlds))
-        for situation in (UNCONSTRAINED, PUSHING):
-            found.append(vector_subject(situation, worlds))
-            if worlds == 1:
-                found.append(joint_subject(situation))
-    return found

@@ -25,18 +25,19 @@ def run(monkeypatch, capsys):
         return ""
 
     yield run
-    for name in ("subjects", "stopwatch"):
+    for name in ("subjects", "stopwatch", "turns"):
         sys.modules.pop(name, None)
 
 
 @pytest.mark.parametrize(
     ("name", "words", "message"),
     [
-        ("throughput", ["--worlds", 0], "--worlds (0,): must be from 1"),
-        ("throughput", ["--worlds", 10**10], "must be from 1 to 1,000,000"),
+        ("throughput", ["--worlds", -1], "--worlds (-1,): must be from 0"),
+        ("throughput", ["--worlds", 10**10], "must be from 0 to 1,000,000"),
         ("throughput", ["--seconds", "nan"], "seconds = nan"),
         ("throughput", ["--rounds", 10**20], "rounds = 1"),
         ("throughput", ["--out", "."], "--out . exists"),
+        ("throughput", ["--page", FOLDER / "turns.py"], "has no line <!-- throughput -->"),
         ("memory", ["--worlds", -3], "worlds = -3"),
         ("memory", ["--steps", 0], "steps = 0"),
         ("training", ["--updates", 0], "updates = 0"),
@@ -49,9 +50,17 @@ def test_options_that_make_no_sense_are_refused(name, words, message, run):
     assert message in run(name, *words)
 
 
-def test_samples_are_saved_or_the_file_is_named(run, tmp_path):
-    quick = ("--worlds", 1, "--seconds", 0.01, "--rounds", 1, "--no-vmas", "--out")
+def test_samples_and_table_are_saved_or_the_file_is_named(run, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("above\n<!-- throughput -->\nold\n<!-- end of throughput -->\nbelow\n")
+    quick = ("--worlds", 0, "--seconds", 0.01, "--rounds", 1, "--page", page, "--out")
     assert run("throughput", *quick, tmp_path / "deep/samples.json") == ""
-    assert json.loads((tmp_path / "deep/samples.json").read_text())["samples"]
+    samples = json.loads((tmp_path / "deep/samples.json").read_text())["samples"]
+    assert [each["situation"] for each in samples] == ["at large", "pushing"]
+    assert all(0 < each["bare"] < each["wall"] / each["steps"] for each in samples)
+    above, *table, below = page.read_text().splitlines()
+    assert (above, below) == ("above", "below")
+    assert "old" not in table
+    assert sum(line.startswith("| gym.make | 1 |") for line in table) == 2
     message = run("throughput", *quick, tmp_path / "deep/samples.json/x")
     assert "samples.json/x cannot be written: not a directory" in message
