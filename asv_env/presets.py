@@ -43,6 +43,8 @@ SCENARIOS: Registry[Overrides] = Registry(
     {
         "nominal": {},
         "noisy": {"sensors": NOISE},
+        "latency": {"sensors": {"latency": 2}},
+        "dropout": {"sensors": {"dropout": 0.5}},
         "current": {"water": {"current": "uniform", "current_speed": 0.01}},
         "gyre": {"water": GYRE},
         "mismatch": {"variation": MISMATCH},

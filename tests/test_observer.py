@@ -238,3 +238,23 @@ def test_other_boats_that_touch_each_other_do_not_matter():
     moved = sim.sensed.measured + 0.01
     kalman.update(replace(sim.sensed, measured=moved, touching=touching), memory, touching[:, 0, 0])
     assert memory.drift[0] != 0
+
+
+def test_what_is_lost_corrects_nothing():
+    """A measurement that has not come again leaves the prediction as it is."""
+    params = make_params("push", scenario="noisy")
+    sim, kalman = Simulation(params, 2), VesselObserver(params)
+    sim.reset(seeds=range(2))
+    idle = np.zeros(2, dtype=bool)
+    memory = VesselMemory.empty(2)
+    kalman.restart(sim.sensed, memory, ~idle)
+    memory.motion[:, 3:] = [0.02, -0.01, 0.1]
+    before = memory.motion.copy()
+    received = np.zeros_like(sim.sensed.received)
+    received[1] = True
+    sensed = replace(sim.sensed, received=received)
+    kalman.update(sensed, memory, idle)
+    rates = (before[0, 3:] + memory.motion[0, 3:]) / 2
+    np.testing.assert_allclose(memory.motion[0, :3], before[0, :3] + rates / 10, atol=1e-9)
+    assert memory.drift[0] == 0
+    assert memory.drift[1] != 0

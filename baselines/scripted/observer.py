@@ -73,7 +73,8 @@ class VesselObserver:
         rate = memory.motion[:, 3:] + dt * self.acceleration(memory)
         pose = memory.motion[:, :3] + dt / 2 * (memory.motion[:, 3:] + rate)
         predicted = np.concatenate([pose, rate], axis=-1)
-        memory.motion, innovation = corrected(predicted, sensed.measured[:, 0], self._gains)
+        measured = np.where(sensed.received[:, :1], sensed.measured[:, 0], predicted)
+        memory.motion, innovation = corrected(predicted, measured, self._gains)
         free = ~(pushing | sensed.touching[..., 0].any(axis=1))
         pose_gain, rate_gain = self._drift_gain
         correction = pose_gain * plane(innovation) + rate_gain * plane(innovation, 3)
