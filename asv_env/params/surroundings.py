@@ -7,6 +7,7 @@ from asv_env.checks import Name, check_fields
 from asv_env.params.ranges import (
     Acceleration,
     Angle,
+    Bias,
     Count,
     Distance,
     Durations,
@@ -104,9 +105,11 @@ class ClockParams:
 
 @dataclass(frozen=True)
 class VariationParams:
-    """Random differences of each episode from the nominal world; a width of zero is none."""
+    """Differences of each episode from the nominal world; a width of zero is none."""
 
     thrust: Spread = 0.0  #: largest relative difference of each motor's thrust
+    #: relative difference by which all right motors are stronger and all left ones weaker
+    thrust_bias: Bias = 0.0
     drag: Spread = 0.0  #: largest relative difference of each hull's drag
     mass: Spread = 0.0  #: largest relative difference of each hull's mass
     lag: Lags | None = None  #: (smallest, largest), s; None keeps the boat's
@@ -117,3 +120,8 @@ class VariationParams:
 
     def __post_init__(self) -> None:
         check_fields(self)
+
+    @property
+    def largest_thrust(self) -> float:
+        """Largest factor on the thrust of a motor."""
+        return (1.0 + self.thrust) * (1.0 + abs(self.thrust_bias))

@@ -52,7 +52,7 @@ def _task(state: State, params: EnvParams) -> Float:
 
 
 def _thrust(state: State, params: EnvParams) -> Float:
-    return state.thrust / (params.boat.thrust * (1 + params.variation.thrust))
+    return state.thrust / (params.boat.thrust * params.variation.largest_thrust)
 
 
 PARTS = (

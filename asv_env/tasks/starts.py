@@ -11,6 +11,7 @@ from asv_env.tasks import formation
 from asv_env.types import Complex, Float, InitialState, Int
 
 PUSH_GAP = 1e-3  #: first gap between bows and vessel in Push, m: no contact yet
+LEFT_RIGHT = np.array([-1.0, 1.0])  #: sign of the thrust bias of the left and the right motor
 TRIES = 10_000  #: places that are tried before a distribution is found to be empty
 
 
@@ -182,7 +183,7 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
         return nominal if interval is None else float(rng.uniform(*interval))
 
     return {
-        "thrust_gain": gain(spread.thrust, team, 2),
+        "thrust_gain": gain(spread.thrust, team, 2) * (1.0 + spread.thrust_bias * LEFT_RIGHT),
         "lag": between(spread.lag, params.boat.lag),
         "drag_gain": gain(spread.drag, 1 + team),
         "mass_gain": gain(spread.mass, 1 + team),

@@ -11,6 +11,7 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,11 +27,12 @@ from asv_env.types import Float
 from baselines.paper import tuned
 from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, PaperGains
 from baselines.paper.paper_policy import PaperPolicy
-from baselines.rollout import provenance, runner, seeds
+from baselines.rollout import runner, seeds
 from baselines.rollout.commands import FilePath, command
 from baselines.rollout.cross_entropy import search
 from baselines.rollout.episodes import Episode
 from baselines.rollout.lock import locked
+from baselines.rollout.score_log import ScoreLog
 
 PROGRAM = "python -m baselines.paper.tune"
 SCENARIOS = ("nominal", "noisy")
@@ -124,31 +126,17 @@ def episodes(gains: PaperGains, params: EnvParams, wanted: range) -> list[Episod
     return sorted((log.episode for log in logs), key=lambda row: row.seed)
 
 
-class Scores:
-    """Scores of candidates, kept in a file: a search that was stopped finds them there again."""
-
-    def __init__(self, path: Path) -> None:
-        self._path, self._code = path, provenance.code("baselines.paper.tune")
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-        whole = [line for line in lines if line.endswith("}")]
-        self._known = {line["key"]: line["score"] for line in map(json.loads, whole)}
-
-    def score(self, stage: Stage, gains: PaperGains, wanted: range) -> float:
-        """Returns the score of gains over seeds, averaged over the scenarios."""
-        key = f"{self._code} {stage.task} {wanted} {sorted(asdict(gains).items())}"
-        if key not in self._known:
-            found = []
-            for scenario in SCENARIOS:
-                params = make_params(stage.task, scenario=scenario, time_limit=TIME_LIMIT)
-                found.append(stage.score(episodes(gains, params, wanted), params))
-            self._known[key] = float(np.mean(found))
-            with self._path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"key": key, "score": self._known[key]}) + "\n")
-        return self._known[key]
+def scored(stage: Stage, gains: PaperGains, wanted: range) -> float:
+    """Returns the score of gains over seeds, averaged over the scenarios."""
+    found = []
+    for scenario in SCENARIOS:
+        params = make_params(stage.task, scenario=scenario, time_limit=TIME_LIMIT)
+        found.append(stage.score(episodes(gains, params, wanted), params))
+    return float(np.mean(found))
 
 
 def improved(
-    stage: Stage, base: PaperGains, options: Options, first: int, scores: Scores
+    stage: Stage, base: PaperGains, options: Options, first: int, scores: ScoreLog
 ) -> PaperGains:
     """Returns gains in which those of a stage were searched, on episodes from a seed on."""
     generations = math.ceil(stage.share * options.generations)
@@ -158,7 +146,9 @@ def improved(
         def objective(candidate: Float) -> float:
             begin = first + bar.n // options.population * options.episodes
             wanted = range(begin, begin + options.episodes)
-            score = scores.score(stage, stage.gains(base, candidate), wanted)
+            gains = stage.gains(base, candidate)
+            what = f"{stage.task} {wanted} {sorted(asdict(gains).items())}"
+            score = scores.score(what, partial(scored, stage, gains, wanted))
             bar.update()
             bar.set_postfix(score=f"{score:.3f}")
             return score
@@ -187,7 +177,8 @@ def tune(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
         ValueError, OSError: seeds for another purpose, or a file cannot be used.
     """
     with locked(options.out):
-        scores, gains, first = Scores(options.out / LOG), START, options.seed
+        scores = ScoreLog(options.out / LOG, "baselines.paper.tune")
+        gains, first = START, options.seed
         for stage in STAGES:
             gains = improved(stage, gains, options, first, scores)
             first += options.generations * options.episodes

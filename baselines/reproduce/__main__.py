@@ -44,9 +44,8 @@ class Options:
             raise FileExistsError(f"{self.out} is a file: choose another folder with --out")
         if self.page is not None:
             if not self.on_page:
-                raise ValueError(
-                    f"--page takes tables: add one of {', '.join(paper_page.TABLES)} to --only"
-                )
+                known = [name for name in paper_page.TABLES if name in ARTEFACTS]
+                raise ValueError(f"--page takes tables: add one of {', '.join(known)} to --only")
             paper_page.check(marks.read(self.page), self.on_page)
 
     @property
