@@ -45,6 +45,7 @@ SCENARIOS: Registry[Overrides] = Registry(
         "noisy": {"sensors": NOISE},
         "latency": {"sensors": {"latency": 2}},
         "dropout": {"sensors": {"dropout": 0.5}},
+        "shelter": {"water": {"shelter": 0.3}},
         "current": {"water": {"current": "uniform", "current_speed": 0.01}},
         "gyre": {"water": GYRE},
         "mismatch": {"variation": MISMATCH},
