@@ -22,6 +22,8 @@ from asv_env.params import (
     VesselParams,
     pitches,
 )
+from asv_env.params.literature import CRAFT
+from asv_env.params.scaling import SCALE, overrides, scaled
 from asv_env.registry import ReadOnlyDict, Registry
 from asv_env.sensing import observation as observing
 from asv_env.tasks import TASKS, Task
@@ -61,6 +63,7 @@ HULLS: Registry[Any] = Registry(
 )
 """Hulls by name, for the options ``vessel`` and ``boat``."""
 
+CRAFT_CLOCK = {"physics": 50, "sensing": 5, "control": 5}
 TANK = {"arena": 1.5, "start_distance": (0.5, 1.4), "goal_distance": (0.4, 1.0)}
 PRESETS: Registry[Overrides] = Registry(
     "preset",
@@ -77,16 +80,19 @@ PRESETS: Registry[Overrides] = Registry(
             "task": {"goal": (0.55, -0.95, 0.1), "delivery": "passing"},
         },
         "tank": {"water": {"walls": 1.5}, "task": TANK},
+        **{name: {"boat": vars(craft.boat), "clock": CRAFT_CLOCK} for name, craft in CRAFT.items()},
     },
     _is_mapping,
 )  #: worlds, by name
+SCALES = ReadOnlyDict({name: craft.scale for name, craft in CRAFT.items()})
+"""How many times longer than the nominal one a world is, by preset; 1 elsewhere."""
 DEFAULT_TEAM = ReadOnlyDict({"paper_simulation": 10})  #: numbers of boats, by preset; 4 elsewhere
 
 SECTIONS = ReadOnlyDict(
     {f.name: f.default_factory for f in fields(EnvParams) if f.default_factory is not MISSING}
 )  #: classes of the sections of parameters, by name
 TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
-ARGUMENTS = ("num_boats", "scenario", "preset", "action_mode", "observation")
+ARGUMENTS = ("num_boats", "scenario", "preset", "action_mode", "observation", "scale")
 OF_ADAPTERS = ("render_mode", "max_episode_steps", "flat")  #: options of an environment alone
 KNOWN = tuple(sorted({*ARGUMENTS, *OF_ADAPTERS, *TASK_OPTIONS, *SECTIONS, "task_params"}))
 """Names of the options of an environment."""
@@ -99,6 +105,7 @@ def make_params(
     preset: str = "nominal",
     action_mode: str = "tracking",
     observation: Sequence[str | observing.Feature] | None = None,
+    scale: float | None = None,
     **options: Any,
 ) -> EnvParams:
     """Returns the parameters of an environment from names and options.
@@ -115,6 +122,9 @@ def make_params(
         action_mode: "tracking" for speed and yaw rate, or "thrusters" for the two motors.
         observation: Features that a boat observes, names of ``FEATURES`` or ``Feature`` objects;
             None takes all built-in ones.
+        scale: How many times longer the world is than the nominal one: everything that is not
+            in the preset or in ``options``, the scenario included, is scaled by Froude's law;
+            None takes the preset's (1, but of published craft, see ``asv_env.params.literature``).
         **options: Any field of ``TaskParams`` by its name (``goal``, ``side``,
             ``time_limit`` ...), or a whole section (``boat``, ``vessel``, ``water``,
             ``sensors``, ``clock``, ``task``, ``variation``, ``reward``), as its dataclass or
@@ -133,16 +143,19 @@ def make_params(
     preset = choice("preset", preset, PRESETS)
     team = check_num_boats(DEFAULT_TEAM.get(preset, 4) if num_boats is None else num_boats)
     given = _by_section(options)
-    layers = (PRESETS[preset], SCENARIOS.find(scenario), given)
+    k = SCALE.checked("scale", SCALES.get(preset, 1.0) if scale is None else scale)
+    layers: tuple[Overrides, ...] = (PRESETS[preset], SCENARIOS.find(scenario), given)
     for kind, layer in (("preset", layers[0]), ("scenario", layers[1])):
         for name in layer:
             choice(f"section of the {kind}", name, SECTIONS)
+    layers = (layers[0], overrides(layers[1], SECTIONS, k), given)
 
-    boat = _merged(_preset_boat(preset, team), "boat", layers)
-    vessel = _vessel(boat, team, preset, layers)
+    boat = _merged(scaled(_preset_boat(preset, team), k), "boat", layers)
+    vessel = _vessel(boat, team, preset, k, layers)
     nominal_task = TaskParams(name=definition.name, time_limit=definition.time_limit)
     if "arena" not in _as_mapping(PRESETS[preset].get("task", {}), "task"):
-        nominal_task = nominal_task.scaled(vessel.length / NOMINAL_LENGTH)
+        nominal_task = nominal_task.scaled(vessel.length / (k * NOMINAL_LENGTH))
+    nominal_task = scaled(nominal_task, k)
     sections = {"boat": boat, "vessel": vessel, "task": _merged(nominal_task, "task", layers)}
     if sections["task"].name != definition.name:
         choice("name of the task", sections["task"].name, TASKS)
@@ -151,9 +164,9 @@ def make_params(
             f"{definition.name!r}; leave the name out"
         )
     for name in [name for name in SECTIONS if name not in sections]:
-        sections[name] = _merged(SECTIONS[name](), name, layers)
+        sections[name] = _merged(scaled(SECTIONS[name](), k), name, layers)
     features: Any = observation
-    params = EnvParams(definition, team, action_mode, features, **sections)
+    params = EnvParams(definition, team, action_mode, features, **sections, scale=k)
     observing.features(params)
     return params
 
@@ -168,11 +181,12 @@ def _preset_boat(preset: str, team: int) -> BoatParams:
 
 
 def _vessel(
-    boat: BoatParams, team: int, preset: str, layers: tuple[Mapping[str, Any], ...]
+    boat: BoatParams, team: int, preset: str, k: float, layers: tuple[Mapping[str, Any], ...]
 ) -> VesselParams:
-    """The nominal vessel, as long as the team needs, with what is given on top."""
-    needed = VesselParams().stretched(max(NOMINAL_LENGTH, pitches(team) * (boat.width + 0.01)))
-    vessel = VesselParams().stretched(_merged(needed, "vessel", layers).length)
+    """The nominal vessel at scale k, as long as the team needs, with what is given on top."""
+    nominal = scaled(VesselParams(), k)
+    needed = nominal.stretched(max(nominal.length, pitches(team) * (boat.width + 0.01 * k)))
+    vessel = nominal.stretched(_merged(needed, "vessel", layers).length)
     if preset == "paper_simulation":
         # "the sum of the ASVs' weights is equal to the individual weight of the vessel"
         vessel = replace(vessel, mass=team * boat.mass, inertia=None)

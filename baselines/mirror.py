@@ -1,4 +1,4 @@
-"""Mirror images of worlds, and the side of the vessel from which a team pushes.
+"""Mirror images and models of worlds, and the side of the vessel from which a team pushes.
 
 What holds for a team that pushes from one side of the vessel holds for the other side in the
 mirror image. So a policy that can push from the +n side alone, towards goals ahead of it, serves
@@ -12,6 +12,7 @@ import numpy as np
 from asv_env import geometry
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
+from asv_env.params.scaling import MOTION
 from asv_env.tasks import standing
 from asv_env.tasks.standing import Events
 from asv_env.types import Bool, Complex, Float, Sensed
@@ -28,6 +29,20 @@ def mirror_image(sensed: Sensed, side: Float) -> Sensed:
         estimate=geometry.mirrored(sensed.estimate, side),
         goal=geometry.mirrored(sensed.goal, side),
         slot=sensed.slot.real + 1j * sensed.slot.imag * side[:, None],
+    )
+
+
+def at_scale(sensed: Sensed, factor: float) -> Sensed:
+    """Returns what is sensed in a world ``factor`` times as long, by Froude's law."""
+    if factor == 1.0:
+        return sensed
+    motion = factor ** np.array(MOTION)
+    return replace(
+        sensed,
+        measured=sensed.measured * motion,
+        estimate=sensed.estimate * motion,
+        goal=sensed.goal * motion[:3],
+        slot=sensed.slot * factor,
     )
 
 

@@ -82,7 +82,7 @@ def test_linear_drag_is_a_few_times_laminar_friction(coefficients):
 def test_fins_have_the_drag_and_the_added_mass_of_their_plates(coefficients):
     fins, mass = VesselParams().fins, coefficients.fin_mass(VesselParams().width, draft=0.01)
     assert coefficients.fin_drag(VesselParams().width) == approx(fins)
-    assert mass / fins == approx(FIN_ADDED_MASS, rel=0.01)
+    assert mass / fins == approx(FIN_ADDED_MASS * VesselParams().width, rel=0.01)
 
 
 def test_fins_resist_yaw_as_their_strips_do(coefficients):

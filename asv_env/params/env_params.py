@@ -1,11 +1,12 @@
 """All parameters of an environment, checked against each other."""
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Annotated, Any, Self
 
 from asv_env.checks import LARGEST_TEAM, Name, Whole, check_fields, plain
 from asv_env.params.hull_params import BoatParams, VesselParams
+from asv_env.params.scaling import SCALE, scaled
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import RewardParams, TaskParams
 from asv_env.text import shown
@@ -51,6 +52,8 @@ class EnvParams:
     task: TaskParams = field(default_factory=TaskParams)
     variation: VariationParams = field(default_factory=VariationParams)
     reward: RewardParams = field(default_factory=RewardParams)
+    #: how many times longer the world is than the nominal one, by Froude's law
+    scale: Annotated[float, SCALE] = 1.0
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -192,6 +195,12 @@ class EnvParams:
     def time_limit_ticks(self) -> int:
         """Number of control ticks after which an episode is truncated."""
         return max(1, round(self.task.time_limit * self.clock.control))
+
+    def rescaled(self, factor: float) -> Self:
+        """Returns the parameters of a world ``factor`` times as long, by Froude's law."""
+        names = ("boat", "vessel", "water", "sensors", "clock", "task", "variation", "reward")
+        sections = {name: scaled(getattr(self, name), factor) for name in names}
+        return replace(self, **sections, scale=self.scale * factor)
 
     def hulls(self) -> tuple[VesselParams, BoatParams]:
         """Returns vessel and boat as they move: with fins, and linear drag if asked for."""

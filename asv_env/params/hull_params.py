@@ -25,7 +25,7 @@ from asv_env.params.ranges import (
 
 THRUST_LAWS = ("linear", "quadratic")
 NOMINAL_LENGTH = 0.40  #: length of the nominal vessel, m
-FIN_ADDED_MASS = 0.064  #: added mass of the fins over their quadratic drag, m
+FIN_ADDED_MASS = 0.425  #: added mass of the fins over their quadratic drag, widths of the hull
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ class VesselParams(HullParams):
         surge, quadratic = self.surge
         moment, moment_quadratic = self.yaw
         ahead, across = self.added_mass
-        water = FIN_ADDED_MASS * self.fins
+        water = FIN_ADDED_MASS * self.width * self.fins
         return replace(
             self,
             fins=0.0,

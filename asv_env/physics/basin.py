@@ -21,7 +21,8 @@ from asv_env.types import Float
 WALL_THICKNESS = 0.5  #: thickness of a wall, m
 CELLS_PER_BODY = 10  #: size of the spatial hash table; it orders the contacts
 ITERATIONS = 20  #: of the contact solver in a step, see benchmarks/convergence.py
-SLOP = 1e-4  #: depth to which hulls may overlap, m
+SLOP = 1e-4  #: depth to which hulls may overlap, m at scale 1
+BIAS = 0.9**60  #: share of a deeper overlap that is left after a second at scale 1: Chipmunk's
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,8 @@ class Basin:
         space = pymunk.Space()
         space.use_spatial_hash(self._hulls[0].length, CELLS_PER_BODY * len(self._hulls))
         space.iterations = ITERATIONS
-        space.collision_slop = SLOP
+        space.collision_slop = SLOP * self._params.scale
+        space.collision_bias = BIAS ** (self._params.scale**-0.5)
         # Contacts that have ended are forgotten at once; ``place`` forgets the others.
         space.collision_persistence = 1
         half = self._params.water.walls

@@ -10,7 +10,7 @@ from asv_env.params import EnvParams
 from asv_env.tasks import formation
 from asv_env.types import Complex, Float, InitialState, Int
 
-PUSH_GAP = 1e-3  #: first gap between bows and vessel in Push, m: no contact yet
+PUSH_GAP = 1e-3  #: first gap between bows and vessel in Push, m at scale 1: no contact yet
 LEFT_RIGHT = np.array([-1.0, 1.0])  #: sign of the thrust bias of the left and the right motor
 TRIES = 10_000  #: places that are tried before a distribution is found to be empty
 
@@ -46,7 +46,7 @@ def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
 
     They are on the vessel's +n or -n side, which is +1 or -1.
     """
-    boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP
+    boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP * params.scale
     motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
     motion[1:, 2] = -side * np.pi / 2
 

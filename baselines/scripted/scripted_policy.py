@@ -2,7 +2,7 @@
 
 All worlds are computed at once. Everything a boat does follows from the measurement that the team
 shares and from its own slot, so that each boat could compute its own part. Where the team pushes
-from the vessel's -n side, the world is mirrored first.
+from the vessel's -n side, the world is mirrored first; a world of another scale is shrunk.
 """
 
 from copy import deepcopy
@@ -15,7 +15,7 @@ from asv_env.params import EnvParams
 from asv_env.physics import autopilot
 from asv_env.tasks.formation import relate
 from asv_env.types import Action, Bool, Observation, Sensed, put_rows, rows
-from baselines.mirror import mirror_image
+from baselines.mirror import at_scale, mirror_image
 from baselines.scripted.docking import GraspMemory
 from baselines.scripted.gains import GraspGains, PathGains, PushGains, Tolerances
 from baselines.scripted.grasp_controller import GraspController
@@ -64,6 +64,8 @@ class ScriptedPolicy:
                 f"action_mode = {params.action_mode!r}: the scripted policy speaks "
                 "'tracking', forward speed and yaw rate; make the environment with it"
             )
+        self._shrinking = 1.0 / params.scale
+        params = params.rescaled(self._shrinking)  # Gains are those of the nominal size.
         self._has_goal = params.definition.has_goal
         self._scale = autopilot.scale(params.boat)
         self._lost = LOST * params.vessel.length
@@ -77,7 +79,7 @@ class ScriptedPolicy:
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
         side = np.where(sensed.side < 0, -1.0, 1.0)
-        sensed = mirror_image(sensed, side)
+        sensed = mirror_image(at_scale(sensed, self._shrinking), side)
         if memory is None:
             worlds, team = sensed.slot.shape
             grasp, path = GraspMemory.empty(worlds, team), PathMemory.empty(worlds)
