@@ -58,7 +58,7 @@ class SensorParams:
     heading_noise: Noise = 0.0  #: standard deviation of the heading, rad
     speed_noise: Noise = 0.0  #: standard deviation of vx and of vy, m/s
     yaw_rate_noise: Noise = 0.0  #: standard deviation of the yaw rate, rad/s
-    latency: Count = 0  #: control ticks until the boats have what was measured and estimated
+    latency: Ticks = 0  #: control ticks until the boats have what was measured and estimated
     dropout: Spread = 0.0  #: probability that the measurement of a body at a sensing tick is lost
     acceleration: Acceleration = 0.05  #: that the filter expects of a boat, m/s^2
     yaw_acceleration: Acceleration = 1.5  #: that the filter expects of a boat, rad/s^2
