@@ -15,6 +15,8 @@ from asv_env.tasks import starts
 
 NO_DRAG = {"surge": (0.0, 0.0), "sway": (0.0, 0.0), "yaw": (0.0, 0.0)}
 NO_VESSEL_DRAG = {**NO_DRAG, "fins": 0.0}
+ROUND = {"boat": {"added_mass": (0.02, 0.02)}, "vessel": {"added_mass": (0.08, 0.08)}}
+"""Hulls with as much added mass in surge as in sway, for which contact has no privileged axis."""
 SEEN = len(observation.NAMES)
 """Numbers that a boat observes."""
 DOWN = -np.pi / 2
@@ -45,9 +47,12 @@ def open_water(num_boats=2, rate=50, control=None, **options):
     return make_params("push", num_boats, **{**free, **options})
 
 
-def dragless(**options):
-    """Parameters of open water without drag."""
-    return open_water(**{"boat": NO_DRAG, "vessel": NO_VESSEL_DRAG, **options})
+def dragless(hulls=None, **options):
+    """Parameters of open water without drag; ``hulls`` may be ``ROUND``."""
+    no_drag = {"boat": NO_DRAG, "vessel": NO_VESSEL_DRAG}
+    if hulls:
+        no_drag = {name: {**drag, **hulls[name]} for name, drag in no_drag.items()}
+    return open_water(**{**no_drag, **options})
 
 
 def bodies(vessel=(), *boats):
@@ -120,22 +125,28 @@ def actions(sim, action):
 
 
 def masses(params):
-    """Effective masses and inertias (B,) of vessel and boats, kg and kg m^2."""
-    hulls = (params.vessel, *[params.boat] * params.num_boats)
-    mass = [hull.mass + hull.added_mass for hull in hulls]
-    return np.array(mass), np.array([hull.total_inertia for hull in hulls])
+    """Effective masses and inertias (B, 3) of vessel and boats: surge, sway, yaw."""
+    return np.array([hull.masses for hull in (params.vessel, *[params.boat] * params.num_boats)])
+
+
+def momenta(params, motion):
+    """Linear momentum (..., B, 2) of each body of motions (..., B, 6), kg m/s, world frame."""
+    mass, ahead = masses(params), np.exp(1j * motion[..., 2])
+    own = (motion[..., 3] + 1j * motion[..., 4]) / ahead
+    vector = (mass[:, 0] * own.real + 1j * mass[:, 1] * own.imag) * ahead
+    return np.stack([vector.real, vector.imag], axis=-1)
 
 
 def momentum(params, motion):
     """Linear momentum (..., 2) of all bodies of motions (..., B, 6), kg m/s."""
-    return (masses(params)[0][:, None] * motion[..., 3:5]).sum(axis=-2)
+    return momenta(params, motion).sum(axis=-2)
 
 
 def kinetic_energy(params, motion):
-    """Kinetic energy (...,) of motions (..., B, 6), J."""
-    mass, inertia = masses(params)
-    squares = (motion[..., 3:5] ** 2).sum(axis=-1)
-    return 0.5 * (mass * squares + inertia * motion[..., 5] ** 2).sum(axis=-1)
+    """Kinetic energy (...,) of motions (..., B, 6), J, that of the water with them included."""
+    own = (motion[..., 3] + 1j * motion[..., 4]) * np.exp(-1j * motion[..., 2])
+    squares = np.stack([own.real, own.imag, motion[..., 5]], axis=-1) ** 2
+    return 0.5 * (masses(params) * squares).sum(axis=(-1, -2))
 
 
 def terminal(force, linear, quadratic):

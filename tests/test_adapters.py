@@ -232,7 +232,7 @@ def test_a_time_limit_that_passes_for_a_termination_is_noticed() -> None:
 
 
 def test_the_boats_of_a_world_share_the_seed_and_options_of_its_first_row() -> None:
-    env = BoatVecEnv("transport", 3, 2, worlds_per_space=1)
+    env = BoatVecEnv("transport", 3, 2)
     goals = [[1.0, 0.5, 0.0], [-1.0, 0.0, 1.0], None]
     env.seed(11)
     env.set_options([{"goal": goal} for goal in goals for _ in range(2)])
@@ -249,7 +249,7 @@ def test_the_boats_of_a_world_share_the_seed_and_options_of_its_first_row() -> N
 
 
 def test_rows_of_ended_worlds_begin_the_next_episode_and_report_the_last() -> None:
-    env = BoatVecEnv("push", 2, 2, time_limit=0.3, goal=(1.0, 0.0, 0.0), worlds_per_space=1)
+    env = BoatVecEnv("push", 2, 2, time_limit=0.3, goal=(1.0, 0.0, 0.0))
     env.seed(0)
     first = env.reset()
     total = np.zeros(4)

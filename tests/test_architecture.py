@@ -73,6 +73,8 @@ OPEN = {"baselines", EVALUATE, "train"}
 
 ONLY_IN = {
     "pymunk": {"asv_env/physics/"},
+    "numba": {"asv_env/physics/"},
+    "llvmlite": {"asv_env/physics/"},
     "pygame": {"asv_env/render/"},
     "stable_baselines3": {
         "asv_env/envs/sb3.py",
@@ -183,8 +185,9 @@ def test_library_is_used_only_where_it_belongs(library):
     assert {user for user in users if not user.startswith(tuple(ONLY_IN[library]))} == set()
 
 
-def test_pymunk_is_found_where_it_is_used():
+def test_libraries_are_found_where_they_are_used():
     assert "pymunk" in roots(ROOT / "asv_env/physics/basin.py")
+    assert "numba" in roots(ROOT / "asv_env/physics/compiled.py")
 
 
 def test_no_file_is_long():
@@ -197,7 +200,8 @@ def test_no_file_is_long():
 
 def test_core_needs_only_its_declared_libraries():
     core = WORLD - {"asv_env", "asv_env.envs", "asv_env.render"}
-    allowed = {"asv_env", "numpy", "scipy", "pymunk", *sys.stdlib_module_names}
+    libraries = {"numpy", "scipy", "pymunk", "numba", "llvmlite"}
+    allowed = {"asv_env", *libraries, *sys.stdlib_module_names}
     for module, path in PATHS.items():
         if room(module) in core:
             assert roots(path) <= allowed, module

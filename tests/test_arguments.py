@@ -119,8 +119,8 @@ def test_what_is_no_initial_state_is_refused():
         simulation.reset(seeds=[0])
 
 
-@pytest.mark.parametrize("count", [0, -1, True, 2.0, "2", None, np.float64(1)])
-@pytest.mark.parametrize("name", ["num_worlds", "worlds_per_space"])
-def test_numbers_of_worlds_are_refused_by_name(name, count):
+@pytest.mark.parametrize("count", [0, -1, True, 2.0, "2", np.float64(1)])
+@pytest.mark.parametrize("name", ["num_worlds", "num_threads"])
+def test_numbers_of_worlds_and_threads_are_refused_by_name(name, count):
     with pytest.raises(ValueError, match=name):
         Simulation(PARAMS, **{name: count})

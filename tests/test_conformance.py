@@ -112,9 +112,7 @@ def test_the_vector_env_is_a_sync_vector_env_to_the_bit(
 ) -> None:
     # 6.3 s are 63 noisy measurements after the first: with 64 a block of noise is used up.
     options = {"num_boats": num_boats, "scenario": scenario, "time_limit": time_limit}
-    ours: VectorEnv = gymnasium.make_vec(
-        gym_id(task), num_envs=3, worlds_per_space=1, autoreset_mode=mode, **options
-    )
+    ours: VectorEnv = gymnasium.make_vec(gym_id(task), num_envs=3, autoreset_mode=mode, **options)
     theirs = SyncVectorEnv(
         [lambda: asv_env.JointEnv(task, **options) for _ in range(3)], autoreset_mode=mode
     )
@@ -140,9 +138,7 @@ def test_the_vector_env_is_a_sync_vector_env_to_the_bit(
 def test_without_autoreset_it_is_a_sync_vector_env_too(flat: bool) -> None:
     options: dict[str, Any] = {"num_boats": 2, "scenario": "harsh", "time_limit": 0.5, "flat": flat}
     mode = AutoresetMode.DISABLED
-    ours = gymnasium.make_vec(
-        gym_id("push"), num_envs=3, worlds_per_space=1, autoreset_mode=mode, **options
-    )
+    ours = gymnasium.make_vec(gym_id("push"), num_envs=3, autoreset_mode=mode, **options)
     theirs = SyncVectorEnv(
         [lambda: asv_env.JointEnv("push", **options) for _ in range(3)], autoreset_mode=mode
     )

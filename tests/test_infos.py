@@ -95,7 +95,7 @@ def test_metrics_of_any_type_are_as_in_a_sync_vector_env(dtype: Any, mode: Autor
     task = asv_env.TASKS["push"]
     own = type(task)(**{**vars(task), "metrics": (Metric("own", count),)})
     options: dict[str, Any] = {"task": own, "num_boats": 2, "max_episode_steps": 4}
-    ours = asv_env.AsvVectorEnv(2, worlds_per_space=1, autoreset_mode=mode, **options)
+    ours = asv_env.AsvVectorEnv(2, autoreset_mode=mode, **options)
     theirs = SyncVectorEnv([lambda: asv_env.JointEnv(**options)] * 2, autoreset_mode=mode)
     assert same(ours.reset(seed=1), theirs.reset(seed=1))
     for _ in range(4 if mode is AutoresetMode.DISABLED else 9):

@@ -234,10 +234,10 @@ def test_goals_beyond_the_walls_are_refused():
 
 
 @pytest.mark.parametrize("count", [0, -1, 1.5, True, "2"], ids=repr)
-def test_number_of_worlds_that_is_none_is_refused(count):
+def test_number_of_worlds_or_threads_that_is_none_is_refused(count):
     with pytest.raises(ValueError, match="num_worlds"):
         Simulation(make_params(), count)
-    with pytest.raises(ValueError, match="worlds_per_space"):
+    with pytest.raises(ValueError, match="num_threads"):
         Simulation(make_params(), 2, count)
 
 
@@ -322,7 +322,7 @@ def test_longer_vessel_is_heavier_and_drags_more():
     assert (vessel.width, vessel.fins) == (nominal.width, nominal.fins)
     assert vessel.surge == nominal.surge
     assert vessel.mass == approx(nominal.mass * k)
-    assert vessel.added_mass == approx(nominal.added_mass * k)
+    assert vessel.added_mass == approx((nominal.added_mass[0], nominal.added_mass[1] * k))
     assert vessel.sway == approx((nominal.sway[0] * k, nominal.sway[1] * k))
     assert vessel.yaw == approx((nominal.yaw[0] * k**3, nominal.yaw[1] * k**4))
     plank = vessel.mass * (vessel.length**2 + vessel.width**2) / 12

@@ -58,8 +58,8 @@ def test_headings_stay_wrapped():
     assert np.ptp(headings) > 6
 
 
-def worlds_after(params, starts, pushes, worlds_per_space, seconds=4):
-    sim = Simulation(params, len(starts), worlds_per_space)
+def worlds_after(params, starts, pushes, seconds=4):
+    sim = Simulation(params, len(starts))
     begin_at(sim, starts)
     for _ in range(round(seconds * params.clock.control)):
         sim.step(actions(sim, np.array(pushes)[:, None, None]))
@@ -69,31 +69,10 @@ def worlds_after(params, starts, pushes, worlds_per_space, seconds=4):
 def test_what_other_worlds_do_changes_nothing_in_a_world():
     params = open_water(control=10, arena=3.0, goal=(2.5, 2.5, 0))
     start = bodies((), (-0.08, 0.136, DOWN), (0.05, 0.136, DOWN))
-    busy = worlds_after(params, [start] * 4, [0.3, 1.0, -0.5, 0.7], worlds_per_space=4)
-    idle = worlds_after(params, [start] * 4, [0.0, 1.0, 0.0, 0.0], worlds_per_space=4)
+    busy = worlds_after(params, [start] * 4, [0.3, 1.0, -0.5, 0.7])
+    idle = worlds_after(params, [start] * 4, [0.0, 1.0, 0.0, 0.0])
     np.testing.assert_array_equal(busy[1], idle[1])
     assert np.abs(busy[0] - idle[0]).max() > 0.01
-
-
-def test_hulls_at_the_edges_of_neighbouring_worlds_do_not_touch():
-    params = open_water(control=10, arena=3.0, goal=(2.5, 2.5, 0))
-    edge = 2.99
-    starts = [
-        bodies((s * edge, 0, np.pi / 2), (0, s * edge), (s * edge, s * edge))
-        for s in (1, -1, 1, -1)
-    ]
-    after = worlds_after(params, starts, [0.0] * 4, worlds_per_space=4, seconds=1)
-    np.testing.assert_allclose(after, starts, atol=1e-12)
-
-
-def test_world_in_a_space_of_its_own_does_the_same_as_in_a_shared_one():
-    params = open_water(control=10, arena=3.0, goal=(2.5, 2.5, 0))
-    start = bodies((), (-0.08, 0.136, DOWN), (0.05, 0.136, DOWN))
-    pushes = [0.3, 1.0, 0.7]
-    alone = worlds_after(params, [start] * 3, pushes, worlds_per_space=1)
-    shared = worlds_after(params, [start] * 3, pushes, worlds_per_space=3)
-    np.testing.assert_array_equal(alone[0], shared[0])
-    np.testing.assert_allclose(alone, shared, atol=1e-9)
 
 
 def test_world_begun_again_does_what_a_new_one_does():

@@ -149,7 +149,6 @@ def do(simulation, call):
     ("other", "names"),
     [
         (lambda p: Simulation(p, 3), "num_worlds = 3"),
-        (lambda p: Simulation(p, 2, 1), "worlds_per_space = 1"),
         (lambda p: Simulation(make_params("push", 5), 2), "params"),
     ],
 )

@@ -19,6 +19,7 @@ approx = pytest.approx
 def test_differential_thrust_gives_the_steady_turn_of_the_equations(left, right):
     params = open_water(control=1)
     boat = params.boat
+    surge, sway, _ = boat.masses
     motion = World(params, bodies((), (0, 2), (0, -2))).run(40, [(left, right), OFF])[BOAT]
     port, starboard = (boat.thrust * (c if c > 0 else boat.astern * c) for c in (left, right))
 
@@ -26,9 +27,9 @@ def test_differential_thrust_gives_the_steady_turn_of_the_equations(left, right)
         u, v, r = velocity
         resist = [(a + b * abs(s)) * s for (a, b), s in zip(drags, velocity, strict=True)]
         return (
-            port + starboard + boat.total_mass * r * v - resist[0],
-            -boat.total_mass * r * u - resist[1],
-            boat.lever_arm * (starboard - port) - resist[2],
+            port + starboard + sway * r * v - resist[0],
+            -surge * u * r - resist[1],
+            boat.lever_arm * (starboard - port) + (surge - sway) * u * v - resist[2],
         )
 
     drags = [getattr(boat, axis) for axis in ("surge", "sway", "yaw")]

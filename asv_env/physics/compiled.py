@@ -19,7 +19,7 @@ def compiled(law: Law) -> Law:
     """Compiles a function at its first call; it runs without the interpreter's lock.
 
     The machine code is kept beside the source, or in the user's cache where that folder cannot be
-    written to. Where neither can, each process compiles anew. Numba takes code from its cache as
+    written to. Where neither can, each process compiles again. Numba takes code from its cache as
     long as the function's own file is the same; here any change of the package counts, because
     laws call each other across files.
     """
