@@ -126,7 +126,8 @@ def actions(sim, action):
 
 def masses(params):
     """Effective masses and inertias (B, 3) of vessel and boats: surge, sway, yaw."""
-    return np.array([hull.masses for hull in (params.vessel, *[params.boat] * params.num_boats)])
+    vessel, boat = params.hulls()
+    return np.array([vessel.masses] + [boat.masses] * params.num_boats)
 
 
 def momenta(params, motion):

@@ -29,7 +29,7 @@ approx = pytest.approx
 def test_boat_that_rams_the_vessel_shares_its_momentum_and_does_not_bounce():
     params = dragless()
     motion = World(params, bodies((), (0, 0.2, DOWN, 0, -0.2), (-2,))).run(3)
-    boat, vessel = params.boat.masses[0], params.vessel.masses[1]
+    boat, vessel = params.boat.masses[0], params.vessel.contact_mass
     together = -0.2 * boat / (boat + vessel)
     assert motion[VESSEL, 4] == approx(together, rel=0.01)
     assert abs(motion[BOAT, 4] - motion[VESSEL, 4]) < 0.01 * 0.2

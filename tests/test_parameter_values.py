@@ -18,7 +18,7 @@ from asv_env import FEATURES, HULLS, PRESETS, SCENARIOS, TASKS, Simulation, make
 from asv_env.checks import Name, Number, Pair, UnknownOptionError, Whole, fields_checked
 from asv_env.params import BoatParams, EnvParams, TaskParams, VesselParams, WaterParams
 from asv_env.presets import SECTIONS, TASK_OPTIONS
-from asv_env.sensing.observation import NAMES, Feature, scalar
+from asv_env.sensing.observation import LENGTH, NAMES, Feature, scalar
 from asv_env.tasks import TRANSPORT, Task
 
 ARGUMENTS = [n for n in inspect.signature(make_params).parameters if n != "options"]
@@ -329,7 +329,7 @@ SLIM = {"width": 1e-3, "bow": 1e-3}
         ({"arena": 1e12}, "arena"),
         ({"clock": {"physics": 10**6, "sensing": 10**6, "control": 1}}, "physics"),
         ({"water": {"walls": 1e9}}, "walls"),
-        ({"boat": {"mass": 1e-6, "added_mass": 0.0, "thrust": 1e6}}, "thrust"),
+        ({"boat": {"mass": 1e-6, "added_mass": (0.0, 0.0), "thrust": 1e6}}, "thrust"),
         ({"boat": {"lever_arm": 100.0, "inertia": 1e-12, "added_inertia": 0.0}}, "lever_arm"),
         ({"boat": {"length": 90.0}, **WIDE}, "boat.length"),
         ({"vessel": {"width": 90.0}, **WIDE}, "vessel.width"),
@@ -377,7 +377,7 @@ def test_the_vessel_grows_with_wide_boats_of_every_team(team):
 def test_feature_whose_columns_do_not_match_is_refused_when_it_is_made(scale, bound, columns):
     with pytest.raises(ValueError, match="feature 'odd'"):
         Feature("odd", None, scale, bound, columns)
-    assert Feature("odd", None, (1.0, None), [2, 2]).columns == ("odd_1", "odd_2")
+    assert Feature("odd", None, (1.0, LENGTH), [2, 2]).columns == ("odd_1", "odd_2")
 
 
 def test_names_and_definitions_are_checked_by_their_class():

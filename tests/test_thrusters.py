@@ -12,6 +12,8 @@ from helpers import (
 )
 from scipy.optimize import fsolve
 
+from asv_env.params import BoatParams
+
 approx = pytest.approx
 
 
@@ -81,8 +83,9 @@ def test_gain_of_a_motor_scales_its_thrust():
 
 @pytest.mark.parametrize(
     ("action", "column", "expected"),
-    [((0.5, 0), 3, 0.1), ((-0.3, 0), 3, -0.06), ((0, 0.4), 5, 0.48), ((0, -1), 5, -1.2)],
+    [((0.5, 0), 3, 0.5), ((-0.3, 0), 3, -0.3), ((0, 0.4), 5, 0.4), ((0, -1), 5, -1.0)],
 )
 def test_tracking_reaches_the_speed_and_the_yaw_rate_asked_for(action, column, expected):
+    full = BoatParams().full_speed if column == 3 else BoatParams().full_yaw_rate
     world = World(open_water(control=1, action_mode="tracking"), bodies((), (0, 2), (0, -2)))
-    assert world.run(10, [action, OFF])[BOAT, column] == approx(expected, rel=0.01)
+    assert world.run(10, [action, OFF])[BOAT, column] == approx(expected * full, rel=0.01)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, fields, replace
+from itertools import islice
 from typing import Annotated, Any, Self
 
 from asv_env.checks import LARGEST_TEAM, Name, Whole, check_fields, plain
@@ -15,6 +16,7 @@ ACTION_MODES = ("tracking", "thrusters")
 SMALLEST_CAGE = 4  #: smallest team whose first and last boats cage the ends of the vessel
 MOST_LENGTHS = {"hull": 100.0, "walls": 1e4, "arena": 1e6}
 """Largest sizes in vessel lengths, which are the cells in which contacts are looked for."""
+MOST_FEATURES = 1000  #: most features of an observation
 LEAP = 100.0  #: most arenas that a boat at full thrust from rest may cross in a control step
 SPIN = 1e3  #: most radians that it may turn in one
 
@@ -221,11 +223,12 @@ def _features(observation: Any) -> tuple[Any, ...] | None:
         return None
     items = plain(observation)
     try:
-        found = tuple(map(plain, items)) if not isinstance(items, str | bytes) else ()
+        listed = () if isinstance(items, str | bytes) else islice(items, MOST_FEATURES + 1)
+        found = tuple(map(plain, listed))
         hash(found)
     except TypeError:
         found = ()
-    if not found:
+    if not 0 < len(found) <= MOST_FEATURES:
         raise ValueError(
             f"observation = {shown(observation)}: give a list of names of features, or features"
         )
