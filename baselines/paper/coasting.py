@@ -22,6 +22,15 @@ def drag(coefficients: tuple[float, float], velocity: Velocity) -> Velocity:
     return (linear + quadratic * abs(velocity)) * velocity
 
 
+def terminal_speed(coefficients: tuple[float, float], force: Float) -> Float:
+    """Returns the velocities (...) at which the drag is as large as forces (...), N."""
+    linear, quadratic = coefficients
+    if quadratic == 0:
+        return force / linear
+    size = np.sqrt(linear**2 + 4 * quadratic * np.abs(force)) - linear
+    return np.sign(force) * size / (2 * quadratic)
+
+
 def coasting_speed(hull: HullParams, distance: ArrayLike) -> Float:
     """Returns the sideways speeds (...) m/s from which a hull coasts distances (...) m to rest."""
     linear, quadratic = hull.sway

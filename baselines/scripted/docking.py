@@ -33,13 +33,12 @@ class GraspMemory:
     due: Float  #: (W,) tick at which all boats are to be at their waypoints
     descending: Bool  #: (W,) team state: DESCEND where true, GATHER otherwise
     astern: Bool  #: (W, A) boats that have missed their slots and go astern to try again
-    drift: Complex  #: (W, A) velocity of the water past the hull there, in the vessel's frame, m/s
 
     @classmethod
     def empty(cls, worlds: int, team: int) -> Self:
         """Returns memory to be filled when an approach begins."""
         boats = worlds, team
-        return zeros(cls, boats, boats, (worlds,), (worlds,), boats, boats)
+        return zeros(cls, boats, boats, (worlds,), (worlds,), boats)
 
 
 class Docking:

@@ -14,10 +14,10 @@ class GraspGains:
     sigma: float = 0.7  #: decay of the spiral (Eq 2), rad
     cruise_speed: float = 0.16  #: speed of the boat with the longest path; others slow down, m/s
     max_speed: float = 0.2  #: speed limit of boats that are late, m/s: a full action
-    arrival_gain: float = 0.35  #: speed limit per distance to a waypoint, 1/s (time constant 2.9 s)
-    heading_gain: float = 2.5  #: yaw rate per heading error, 1/s: half the autopilot's bandwidth
-    velocity_gain: float = 0.7  #: fraction of the velocity error added to the velocity steered for
-    drift_time: float = 3.0  #: time constant of the filter of the water's drift past the hull, s
+    arrival_gain: float = (
+        0.22  #: speed limit per distance to a waypoint, 1/s: half a turn takes 4.5 s
+    )
+    velocity_time: float = 1.0  #: time constant with which boats change their velocity, s
     avoidance_range: float = 0.2  #: distance below which boats avoid each other on their paths, m
     avoidance_speed: float = 0.08  #: speed at which boats avoid each other at distance 0, m/s
     waypoint_height: float = 0.1  #: height of the waypoints above the slots, m
@@ -41,15 +41,19 @@ class PushGains:
     speed_gain: float = 1.33  #: force per mass and speed error, 1/s: time constant 0.75 s
     moment_reserve: float = 0.6  #: force kept for moments, fraction of the drag at full speed
     contact_force: float = 0.145  #: least force of side boats, fraction of the drag at full speed
-    max_end_force: float = 5.6e-3  #: largest force of the end boats along a hull of 0.40 m, N
+    max_end_force: float = 8e-3  #: largest force of the end boats along a hull of 0.40 m, N
     min_end_force: float = 7e-4  #: least force with which each end boat presses on the hull, N
     spread: float = 1.2  #: position of the side boats along the hull, relative to their slots
     gap_gain: float = 0.2  #: closing speed per gap to the hull, 1/s: time constant 5 s
-    heading_gain: float = 4.0  #: yaw rate per heading error, 1/s: time constant 0.25 s
     yaw_offset_gain: float = 2.2  #: yaw offset of side boats per distance to their places, rad/m
     friction_compensation: float = 0.32  #: fraction of lateral friction compensated by a yaw offset
     lateral_gain: float = 0.23  #: speed of end boats per distance to go, 1/s: time constant 4.3 s
-    drift_compensation: float = 1.2  #: fraction of their drift angle that end boats steer against
+    release_error: float = 0.5  #: error of the pose of rest at which the team lets go, tolerances
+    stop_short: float = 0.1  #: how far short of the goal the vessel is to rest, tolerances
+    hurry: float = 1.0  #: growth of that error with the distance beyond where it was to let go
+    release_gap: float = 0.02  #: gap to the hull of boats that stand off, m
+    release_gain: float = 0.5  #: speed of standing off per gap, 1/s: time constant 2 s
+    release_speed: float = 0.03  #: speed limit of standing off, m/s
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class PathGains:
     straight_cost: float = 2.2  #: path length worth a straight longer by a length, vessel lengths
     speed: float = 0.069  #: cruising speed of the vessel, m/s
     braking: float = 0.36  #: speed near the goal, fraction of that from which it coasts to rest
-    goal_speed: float = 0.0014  #: speed at the goal, m/s: slow enough to count as delivered
+    goal_speed: float = 0.004  #: speed at the goal, m/s, of a vessel that is pushed to the end
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from baselines.paper.spiral import approach_speed
 from baselines.scripted.approach_path import ApproachPath
 from baselines.scripted.docking import Docking, GraspMemory
 from baselines.scripted.gains import GraspGains
+from baselines.scripted.helm import Helm
 from baselines.scripted.observer import VesselMemory
 
 MIN_SPEED = 0.02  #: least speed on the path to the waypoint, m/s
@@ -35,6 +36,7 @@ class GraspController:
         self._half_length = vessel.length / 2
         self._max_sidestep = MAX_SIDESTEP * params.task.slot_distance
         self._hz = params.clock.control
+        self._helm = Helm(params)
         self._gains, self._docking = gains, Docking(params, gains)
         slots = formation.slots(params, params.num_boats)
         highest = float(slots.imag.max())
@@ -42,8 +44,9 @@ class GraspController:
         reach = float(np.abs(slots.real).max())
         self._path = ApproachPath(vessel.length, vessel.width, clearance, reach, gains.sigma)
         self._row = highest + self._boat.length
-        sway_damping = self._boat.sway[0] + self._boat.sway[1] * gains.descent_speed
-        self._sway_time = self._boat.masses[1] / sway_damping
+        # A boat that points along the force it needs changes its velocity in ``velocity_time``.
+        damping = self._boat.sway[0] + self._boat.sway[1] * gains.descent_speed
+        self._lead = self._boat.masses[1] / (max(damping, TINY) * gains.velocity_time)
 
     def act(
         self,
@@ -61,7 +64,12 @@ class GraspController:
         gains, waypoint = self._gains, sensed.slot + 1j * self._gains.waypoint_height
         vessel.force[:], vessel.moment[:] = 0.0, 0.0
         self._begin(relations.boat, waypoint, sensed, memory, begins)
-        bow, hull, velocity = self._velocities(relations, memory)
+        to_vessel = relations.heading[:, :1].conj()
+        bow = relations.heading[:, 1:] * to_vessel
+        hull = relations.velocity[:, :1] * to_vessel
+        hull = hull + 1j * relations.yaw_rate[:, :1] * relations.boat
+        velocity = relations.velocity[:, 1:] * to_vessel - hull
+        drift = vessel.drift[:, None] * to_vessel - hull
         self._docking.update_team(relations, waypoint, sensed, memory)
         at_side = np.abs(sensed.slot.real) < self._half_length
         off_hull = np.where(at_side, 1j, np.sign(sensed.slot.real))
@@ -78,12 +86,12 @@ class GraspController:
         wanted = np.where(docks, self._docking.velocity(gap, memory.astern), wanted)
         speed = ((wanted + hull) * bow.conj()).real
         speed = np.where(docks, speed, np.maximum(speed, 0.0))  # Others turn before they go.
-        aim = wanted - memory.drift + gains.velocity_gain * (wanted - velocity)
+        aim = wanted - drift + self._lead * (wanted - velocity)
         aim = np.where(docks & memory.astern, -aim, aim)  # Docking boats point to the hull.
         to_hull = aim.real + 1j * np.minimum(aim.imag, -gains.pointing_speed)
         aim = np.where(docks, to_hull, aim)
-        turn = aim * bow.conj()
-        return np.stack([speed, gains.heading_gain * np.arctan2(turn.imag, turn.real)], axis=-1)
+        error = np.angle(aim * bow.conj())
+        return np.stack([speed, self._helm.turn(error)], axis=-1)
 
     def _begin(
         self, boat: Complex, waypoint: Complex, sensed: Sensed, memory: GraspMemory, new: Bool
@@ -99,23 +107,6 @@ class GraspController:
         memory.slot[new], memory.turn_direction[new] = sensed.slot[new], turn_direction
         memory.due[new] = sensed.tick[new] + longest / self._gains.cruise_speed * self._hz
         memory.descending[new] = memory.astern[new] = False
-        memory.drift[new] = 0.0
-
-    def _velocities(
-        self, relations: Relations, memory: GraspMemory
-    ) -> tuple[Complex, Complex, Complex]:
-        """Returns bows, the hull's velocities there, and the boats' past it, (W, A), its frame."""
-        to_vessel = relations.heading[:, :1].conj()
-        bow = relations.heading[:, 1:] * to_vessel
-        turn = relations.yaw_rate[:, :1]
-        hull = relations.velocity[:, :1] * to_vessel + 1j * turn * relations.boat
-        velocity = relations.velocity[:, 1:] * to_vessel - hull
-        skid = self._sway_time * (velocity * bow.conj()).real * (relations.yaw_rate[:, 1:] - turn)
-        # A boat notices the drift across its bow, less its skid.
-        innovation = ((velocity - memory.drift) * bow.conj()).imag + skid
-        gain = 1.0 / (1.0 + self._gains.drift_time * self._hz)
-        memory.drift = memory.drift + 1j * bow * gain * innovation
-        return bow, hull, velocity
 
     def _cruising_speed(
         self, length: Float, distance: Float, sensed: Sensed, memory: GraspMemory

@@ -53,10 +53,12 @@ class PreviewLqr:
         self._preview = np.zeros((len(SPEEDS), 2, PREVIEW_POINTS))
         weighted = np.linalg.solve(control_cost, control.T)
         hull = vessel.linearised(SLIP, YAW_RATE)
-        surge, yaw = hull.surge[0] / vessel.masses[0], hull.yaw[0] / vessel.total_inertia
+        (m_surge, m_sway, inertia), munk = vessel.masses, vessel.masses[0] - vessel.masses[1]
+        surge, yaw = hull.surge[0] / m_surge, hull.yaw[0] / inertia
         for i, speed in enumerate(SPEEDS):
             position = [0.0, speed, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]
-            velocity = [0.0, 0.0, -surge, -speed], [0.0, 0.0, 0.0, -yaw]
+            skid, turn = -m_sway / m_surge * speed, -munk * speed / inertia
+            velocity = [0.0, 0.0, -surge, skid], [0.0, 0.0, turn, -yaw]
             dynamics = np.array([*position, *velocity])
             cost = solve_continuous_are(dynamics, control, state_cost, control_cost)
             self._feedback[i] = weighted @ cost

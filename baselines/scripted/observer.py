@@ -85,9 +85,13 @@ class VesselObserver:
         vessel, motion = self._vessel, memory.motion
         heading = np.exp(1j * motion[:, 2])
         velocity, yaw_rate = (plane(motion, 3) - memory.drift) * heading.conj(), motion[:, 5]
-        resistance = drag(vessel.surge, velocity.real) + 1j * drag(vessel.sway, velocity.imag)
-        linear = heading * (memory.force - resistance) / vessel.masses[1]
-        angular = (memory.moment - drag(vessel.yaw, yaw_rate)) / vessel.total_inertia
+        (m_surge, m_sway, inertia), u, v = vessel.masses, velocity.real, velocity.imag
+        surge = memory.force.real - drag(vessel.surge, u) + m_sway * v * yaw_rate
+        sway = memory.force.imag - drag(vessel.sway, v) - m_surge * u * yaw_rate
+        yaw = memory.moment - drag(vessel.yaw, yaw_rate) + (m_surge - m_sway) * u * v
+        over_ground = 1j * yaw_rate * velocity  # The hull's frame turns with the hull.
+        linear = heading * (surge / m_surge + 1j * sway / m_sway + over_ground)
+        angular = yaw / inertia
         return np.stack([linear.real, linear.imag, angular], axis=-1)
 
 

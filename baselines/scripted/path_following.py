@@ -35,12 +35,13 @@ class PathMemory:
     length: Float  #: (W, SEGMENTS) m; segments that are not needed have length 0
     progress: Float  #: (W,) path length behind the vessel, m
     replan: Bool  #: (W,) whether a new path is needed
+    released: Bool  #: (W,) whether the team has let go of the vessel
 
     @classmethod
     def empty(cls, worlds: int) -> Self:
         """Returns memory to be filled by ``PathFollower.plan``."""
         segments = worlds, SEGMENTS
-        return zeros(cls, (worlds, 3), segments, segments, (worlds,), (worlds,))
+        return zeros(cls, (worlds, 3), segments, segments, (worlds,), (worlds,), (worlds,))
 
 
 class PathFollower:

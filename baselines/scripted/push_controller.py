@@ -6,21 +6,23 @@ Boats at the side exert the force and the moment, those at the ends the force al
 
 import numpy as np
 
-from asv_env.geometry import direction
+from asv_env.geometry import direction, plane
 from asv_env.params import EnvParams
 from asv_env.physics.autopilot import bandwidth
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Sensed
 from baselines.paper.coasting import drag
 from baselines.scripted.gains import PushGains, Tolerances
+from baselines.scripted.helm import Helm
 from baselines.scripted.observer import VesselMemory
 from baselines.scripted.path_following import PathFollower, PathMemory
 from baselines.scripted.planner import PathPlanner
+from baselines.scripted.settling import Settling
 
 MAX_PLACE_OFFSET = 0.3  #: limit of the yaw offset by which a side boat returns to its place, rad
 MAX_FRICTION_OFFSET = 0.6  #: limit of the yaw offset that compensates friction, rad
-MAX_PRESS_OFFSET = 0.6  #: limit of the yaw offset by which an end boat presses on the hull, rad
-MAX_END_OFFSET = 1.0  #: limit of an end boat's total yaw offset from its slot's direction, rad
+MAX_PRESS_OFFSET = 1.5  #: limit of the yaw offset by which an end boat presses on the hull, rad
+MAX_END_OFFSET = 1.57  #: limit of an end boat's total yaw offset from its slot's direction, rad
 LEAST_SPEED = 0.02  #: floor of a boat's speed where a heading follows from it, m/s
 LEAST_FORCE = 1e-3  #: floor of divisors that are forces, N, or sway damping, kg/s
 TINY = 1e-6  #: floor of divisors that are positions along the hull, m, or their squares, m^2
@@ -33,7 +35,9 @@ class PushController:
         self, params: EnvParams, planner: PathPlanner, gains: PushGains, tolerances: Tolerances
     ) -> None:
         self._vessel, self._boat = params.hulls()
-        self._gains = gains
+        self._gains, self._helm = gains, Helm(params)
+        self._settling = Settling(params, gains)
+        self._corners = plane(np.array(self._boat.outline))
         self._follower = PathFollower(self._vessel, planner, gains, tolerances)
         self._drag = drag(self._vessel.sway, planner.gains.speed)
 
@@ -53,6 +57,9 @@ class PushController:
         gains, at_end = self._gains, np.abs(sensed.slot.real) > self._vessel.length / 2
         pushing = sensed.working & ~at_end
         caged = np.asarray((sensed.working & at_end).any(axis=1))
+        memory.released &= ~begins
+        memory.released = self._settling.update(relations, vessel, memory.released)
+        memory.replan &= ~memory.released
         self._follower.plan(relations, vessel.drift, memory, begins | memory.replan)
         forward, along, moment = self._follower.wrench(relations, vessel.drift, caged, memory)
         places = self.places(sensed.slot, pushing)
@@ -61,11 +68,16 @@ class PushController:
         vessel.force = along - 1j * force.sum(axis=1)
         gap, yaw_rate = places - relations.boat, relations.yaw_rate[:, :1]
         hull = relations.velocity[:, :1] * relations.heading[:, :1].conj() + 1j * yaw_rate * places
-        end = self._end_command(gap, hull, yaw_rate, np.sign(places.real), along)
+        end = self._end_command(relations, places, hull, yaw_rate, np.sign(places.real), along)
         side = self._side_command(gap, hull, yaw_rate, force)
         speed, offset = np.where(at_end, end, side)
         turn = direction(offset - np.pi / 2) * relations.heading[:, :1] / relations.heading[:, 1:]
-        yaw_rate = yaw_rate + gains.heading_gain * np.arctan2(turn.imag, turn.real)
+        yaw_rate = yaw_rate + self._helm.turn(np.arctan2(turn.imag, turn.real))
+        free = memory.released
+        vessel.force[free], vessel.moment[free] = 0.0, 0.0
+        off = self._settling.stand_off(relations, hull, np.where(at_end, np.sign(places.real), 0.0))
+        speed = np.where(free[:, None], off, speed)
+        yaw_rate = np.where(free[:, None] & at_end, 0.0, yaw_rate)
         return np.stack([speed, yaw_rate], axis=-1)
 
     def places(self, slot: Complex, pushing: Bool) -> Complex:
@@ -93,20 +105,52 @@ class PushController:
         return speed * np.cos(offset) + force / (boat.masses[0] * bandwidth(boat)), offset
 
     def _end_command(
-        self, gap: Complex, hull: Complex, yaw_rate: Float, end: Float, force: Float
+        self,
+        relations: Relations,
+        places: Complex,
+        hull: Complex,
+        yaw_rate: Float,
+        end: Float,
+        force: Float,
     ) -> tuple[Float, Float]:
         """Returns speed and yaw offset (W, A) of boats that press on the ``end`` -1 or +1."""
         gains, boat = self._gains, self._boat
-        forward = np.maximum(-hull.imag, LEAST_SPEED)
-        course = np.arctan2(hull.real + gains.lateral_gain * gap.real, forward)
-        drift_angle = boat.masses[0] * yaw_rate / max(boat.sway[0], LEAST_FORCE)
-        per_offset = (boat.sway[0] + boat.sway[1] * LEAST_SPEED) * forward
-        per_offset = per_offset + np.maximum(drag(boat.surge, -hull.imag), LEAST_FORCE)
+        gap, forward = places - relations.boat, -hull.imag
+        bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
+        clearance = end * relations.boat.real - self._vessel.length / 2 - self._reach(bow, end)
         press = np.maximum(-force[:, None] * end, 0.0) + gains.min_end_force
-        inwards = np.minimum(press / per_offset, MAX_PRESS_OFFSET)
-        offset = course + gains.drift_compensation * drift_angle - end * inwards
-        speed = -hull.imag - 2 * gains.gap_gain * gap.imag
-        return speed, np.clip(offset, -MAX_END_OFFSET, MAX_END_OFFSET)
+        # The boat on the outer side of a turn also needs the force that keeps it in the turn.
+        needed = press - end * boat.masses[0] * yaw_rate * np.maximum(forward, 0.0)
+        inwards = press_angle(
+            boat.sway, np.maximum(needed, gains.min_end_force), np.maximum(forward, TINY)
+        )
+        inwards = np.minimum(inwards, MAX_PRESS_OFFSET)
+        course = hull.real - end * gains.lateral_gain * clearance
+        course = np.arctan2(course, np.maximum(forward, LEAST_SPEED))
+        offset = np.clip(course - end * inwards, -MAX_END_OFFSET, MAX_END_OFFSET)
+        ahead = forward - 2 * gains.gap_gain * gap.imag
+        speed = ahead * np.cos(offset) + hull.real * np.sin(offset)
+        return speed + press * np.sin(inwards) / (boat.masses[0] * bandwidth(boat)), offset
+
+    def _reach(self, bow: Complex, end: Float) -> Float:
+        """Returns how far boats (W, A) with these bows extend towards the hull from the ends, m."""
+        corners = (self._corners * bow[..., None]).real
+        return (-end[..., None] * corners).max(axis=-1)
+
+
+def press_angle(sway: tuple[float, float], force: Float, speed: Float) -> Float:
+    """Returns the angles (...) by which boats at an end of the hull point inwards, rad.
+
+    A boat that goes along with the hull at a speed (...), m/s, and presses on its end with a
+    force (...), N, is kept from sliding forward by its drag in sway: with the angle a,
+
+        (Y + Yv speed sin a) speed sin a = force cos a.
+    """
+    linear, quadratic = sway
+    angle = np.arctan2(force, linear * speed)
+    for _ in range(4):
+        angle = np.arctan2(force, (linear + quadratic * speed * np.sin(angle)) * speed)
+    return angle
 
 
 def allocate(

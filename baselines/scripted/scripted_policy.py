@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
-from asv_env.physics import autopilot
 from asv_env.tasks.formation import relate
-from asv_env.types import Action, Bool, Observation, Sensed, put_rows, rows
+from asv_env.types import Action, Bool, Float, Observation, Sensed, put_rows, rows
 from baselines.mirror import at_scale, mirror_image
 from baselines.scripted.docking import GraspMemory
 from baselines.scripted.gains import GraspGains, PathGains, PushGains, Tolerances
 from baselines.scripted.grasp_controller import GraspController
+from baselines.scripted.helm import Helm
 from baselines.scripted.observer import VesselMemory, VesselObserver
 from baselines.scripted.path_following import PathMemory
 from baselines.scripted.planner import PathPlanner
@@ -32,6 +32,7 @@ class Memory:
     """What the team remembers from tick to tick."""
 
     pushing: Bool  #: (W,) phase of each world: PUSH where true, APPROACH otherwise
+    reference: Float  #: (W, A, 2) of the boats' autopilots, m/s and rad/s
     vessel: VesselMemory
     grasp: GraspMemory
     path: PathMemory
@@ -67,7 +68,7 @@ class ScriptedPolicy:
         self._shrinking = 1.0 / params.scale
         params = params.rescaled(self._shrinking)  # Gains are those of the nominal size.
         self._has_goal = params.definition.has_goal
-        self._scale = autopilot.scale(params.boat)
+        self._helm = Helm(params)
         self._lost = LOST * params.vessel.length
         self._observer = VesselObserver(params)
         self._grasp = GraspController(params, grasp)
@@ -83,7 +84,9 @@ class ScriptedPolicy:
         if memory is None:
             worlds, team = sensed.slot.shape
             grasp, path = GraspMemory.empty(worlds, team), PathMemory.empty(worlds)
-            memory = Memory(np.zeros_like(fresh), VesselMemory.empty(worlds), grasp, path)
+            reference = np.zeros((worlds, team, 2))
+            vessel = VesselMemory.empty(worlds)
+            memory = Memory(np.zeros_like(fresh), reference, vessel, grasp, path)
             fresh = np.ones_like(fresh)
         memory = deepcopy(memory)
         self._observer.update(sensed, memory.vessel, memory.pushing)
@@ -109,5 +112,6 @@ class ScriptedPolicy:
                 put_rows(memory.vessel, where, here[2])
                 put_rows(own, where, here[3])
         command[..., 1] *= side[:, None]
-        action = np.clip(command / self._scale, -1.0, 1.0)
+        memory.reference[fresh] = 0.0
+        action, memory.reference = self._helm.set_points(command, memory.reference)
         return action.astype(np.float32), memory
