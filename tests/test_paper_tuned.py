@@ -8,8 +8,10 @@ import pytest
 
 from asv_env import Simulation, make_params
 from asv_env.types import copied
-from baselines.paper import tune, tuned, two_arc
+from baselines.paper import tune, tuned
+from baselines.paper.arc_following import two_arcs
 from baselines.paper.paper_numbers import GAINS, PaperGains
+from baselines.paper.paper_policy import PaperPolicy, push_speed
 from baselines.policy import POLICIES
 from baselines.rollout import runner
 
@@ -27,11 +29,12 @@ def test_the_first_turn_is_that_of_the_shortest_legal_path_of_every_goal():
     sensed.goal[:] = goals
     policy = POLICIES["paper-tuned"](params)
     _, memory = policy.act(sensed, np.empty(0), None, np.ones(len(goals), dtype=bool))
-    radius = gains.min_radius * params.vessel.length / 2
-    path = two_arc.shortest(goals, radius)
+    half_length = params.vessel.length / 2
+    longest = push_speed(params, gains) * params.task.time_limit
+    path = two_arcs(np.array(goals), half_length, longest, gains)
     np.testing.assert_allclose(memory.length, path.length, atol=1e-6)
-    assert two_arc.feasible(path, radius).all()
-    assert np.abs(memory.rho).min() >= radius * (1 - 1e-6)
+    assert np.abs(memory.rho).min() >= half_length * (1 - 1e-6)
+    assert path.total_length.max() <= longest
 
 
 @pytest.mark.parametrize("delivery", ["holding", "passing"])
@@ -62,6 +65,24 @@ def test_the_search_writes_gains_and_resumes(tmp_path, monkeypatch):
     tune.main(arguments)
     assert (tmp_path / tune.LOG).read_text() == kept
     assert json.loads(result.read_text())["gains"] == first["gains"]
+
+
+def test_integral_action_makes_up_for_the_drag_of_the_vessel():
+    """Proportionally controlled boats push it more slowly than they are asked to."""
+    params = make_params("push", goal=(0.0, -2.0, 0.0), time_limit=60.0)
+    speeds = {}
+    for integral in (0.0, 0.3):
+        gains = PaperGains(alpha1=None, push_speed=0.04, speed_integral=integral)
+        simulation = Simulation(params)
+        observation = simulation.reset(seeds=[0])
+        policy, memory = PaperPolicy(params, gains), None
+        for tick in range(300):
+            fresh = np.array([tick == 0])
+            action, memory = policy.act(simulation.sensed, observation, memory, fresh)
+            observation = simulation.step(action).observation
+        speeds[integral] = -simulation.state.motion[0, 0, 4]
+    assert speeds[0.0] < 0.036
+    assert speeds[0.3] == pytest.approx(0.04, abs=0.001)
 
 
 def test_seeds_that_are_not_for_development_are_refused(tmp_path):

@@ -11,33 +11,44 @@ from baselines.paper.arcs import ArcPath, pick
 from baselines.paper.paper_numbers import PaperGains
 from baselines.paper.steering import Memory, Steering
 
+BOUNDS = 6  #: number of bounds of the radii that are tried
 CURVATURES = (
     1e-6,
     1e3,
 )  #: bounds of the curvature, 1/m, for straights and turns on the spot
 
 
-def two_arcs(goal: Float, half_length: float, gains: PaperGains) -> ArcPath:
+def two_arcs(goal: Float, half_length: float, longest: Float | float, gains: PaperGains) -> ArcPath:
     """Returns the two arcs (Eqs 9-15) to goals (n, 3), m, m, rad, in the frame of the vessel.
 
     The first arc turns by ``alpha1``, but where the goal's heading leaves no choice. Where the
-    gains have none, the shortest path is taken whose radii are large enough for a vessel of this
-    half-length, m; and where there is no such path, the shortest one that is legal.
+    gains have none, it is that of the shortest path under a bound of the radii. The bound falls
+    from ``min_radius`` to the legal one, half the length of the vessel, m, until a path is no
+    longer than ``longest`` (n,) m; if none is, the legal one is taken.
     """
     if gains.alpha1 is None:
-        bounds = half_length * np.array([max(gains.min_radius, 1.0), 1.0])
-        paths = two_arc.shortest(goal, bounds[:, None])
-        return pick(paths, np.where(two_arc.feasible(paths, bounds[:, None])[0], 0, 1))
+        bounds = half_length * np.linspace(gains.min_radius, 1.0, BOUNDS)[:, None]
+        paths = two_arc.shortest(goal, bounds)
+        taken = two_arc.feasible(paths, bounds) & (paths.total_length <= longest)
+        return pick(paths, np.where(taken.any(axis=0), taken.argmax(axis=0), BOUNDS - 1))
     only = 2 * np.arctan2(goal[:, 0], -goal[:, 1])
     return two_arc.plan(goal, np.where(np.abs(goal[:, 2]) < TINY, only, gains.alpha1))
 
 
 def plan_arcs(
-    relations: Relations, new: Bool, memory: Memory, half_length: float, gains: PaperGains
+    relations: Relations,
+    new: Bool,
+    memory: Memory,
+    half_length: float,
+    longest: Float,
+    gains: PaperGains,
 ) -> None:
-    """Plans the two arcs of the worlds ``new`` (W,) to the push, into the memory."""
+    """Plans the two arcs of the worlds ``new`` (W,) to the push, into the memory.
+
+    See ``two_arcs``; ``longest`` is (W,).
+    """
     goal = np.stack([relations.goal.real, relations.goal.imag, -relations.heading_error], -1)[new]
-    path = two_arcs(goal, half_length, gains)
+    path = two_arcs(goal, half_length, longest[new], gains)
     joints = path.joints
     position, heading = relations.position[new, :1], relations.heading[new, :1]
     points = position + heading * (joints[..., 0] + 1j * joints[..., 1])
@@ -60,6 +71,22 @@ def follow_arcs(relations: Relations, memory: Memory, gains: PaperGains) -> None
     memory.motors_off |= memory.pushing & (np.abs(memory.goal - position) < gains.stop_distance)
 
 
+def integrate_speed_error(
+    relations: Relations, memory: Memory, mean_speed: float, dt: float, gains: PaperGains
+) -> None:
+    """Integrates how much slower than ``mean_speed``, m/s, the vessel is over a time ``dt``, s.
+
+    The autopilots control the boats' speeds in proportion to the error. Boats that push a vessel
+    lag behind their set-points, as its drag takes such an error: integral action makes up for it.
+    It is bounded by the speed itself.
+    """
+    across = -1j * relations.heading[:, 0]
+    speed = (relations.velocity[:, 0] * across.conj()).real
+    error = np.where(memory.pushing & ~memory.motors_off, mean_speed - speed, 0.0)
+    lost = memory.lost_speed + gains.speed_integral * dt * error
+    memory.lost_speed = np.clip(lost, 0.0, mean_speed)
+
+
 def push_steering(
     relations: Relations, memory: Memory, mean_speed: float, half_length: float, gains: PaperGains
 ) -> Steering:
@@ -73,7 +100,8 @@ def push_steering(
     world = np.arange(len(memory.arc))
     centre, rho = memory.centre[world, memory.arc], memory.rho[world, memory.arc][:, None]
     boats, vessel = relations.position[:, 1:], relations.position[:, :1]
-    speed = pushing.speeds(xy(boats), xy(centre[:, None]), xy(vessel), mean_speed)
+    wanted = (mean_speed + memory.lost_speed)[:, None]
+    speed = pushing.speeds(xy(boats), xy(centre[:, None]), xy(vessel), wanted)
     from_centre = (relations.position - centre[:, None]) * relations.heading[:, :1].conj()
     axis_error = np.angle(-np.sign(rho) * from_centre[:, :1])
     target = memory.target.real

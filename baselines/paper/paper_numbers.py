@@ -23,6 +23,8 @@ PAPER_POSITION = (
 PAPER_HEADING = (-0.26, 0.44)  #: those of the heading error at that instant, rad
 
 Positive = Annotated[float, Number(TINY, 1e3)]
+AtLeastOne = Annotated[float, Number(1.0, 1e3)]
+NotNegative = Annotated[float, Number(0.0, 1e3)]
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,8 @@ class PaperGains:
 
     #: turn of the first arc, rad, as printed; None: that of the shortest path for each goal
     alpha1: Angle | None = 1.0
-    min_radius: Positive = 1.0  #: least radius of those shortest paths, half-lengths of the vessel
+    #: least radius of those paths, half-lengths of the vessel, where time permits
+    min_radius: AtLeastOne = 1.0
     #: T_goal for a vessel of 0.40 m, s; None: the paper's, by the kind of actions
     arrival_time: Duration | None = None
     sigma: Positive = 1.0  #: decay of the spiral (Eq 2), rad; 1 in the paper's experiment
@@ -49,9 +52,9 @@ class PaperGains:
     stop_distance: Distance = IN_RANGE  #: distance to the goal where the motors go off, m
     #: mean speed of the vessel, m/s; None: that from which it coasts the stop distance
     push_speed: Positive | None = None
-    switch_distance: DistanceOrZero = (
-        0.0  #: path length before the second arc where boats switch, m
-    )
+    #: integral gain of the vessel's speed error, 1/s; as printed, the speed control has none
+    speed_integral: NotNegative = 0.0
+    switch_distance: DistanceOrZero = 0.0  #: path length before the second arc to switch, m
     vessel_yaw: Positive = 0.5  #: yaw rate for the angle to the centre of the circle, 1/s
     cross_track: Positive = 0.04  #: distance off circle or place for which boats turn by 1 rad, m
     max_yaw_offset: Positive = 0.5  #: largest such turn, rad

@@ -25,7 +25,12 @@ from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tasks.formation import Relations, relate
 from asv_env.types import Action, Bool, Float, Observation, Sensed, copied, put_rows, rows
 from baselines.paper import braitenberg
-from baselines.paper.arc_following import follow_arcs, plan_arcs, push_steering
+from baselines.paper.arc_following import (
+    follow_arcs,
+    integrate_speed_error,
+    plan_arcs,
+    push_steering,
+)
 from baselines.paper.coasting import coasting_speed
 from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, MEAN_SPEEDS, PaperGains
 from baselines.paper.steering import Assignment, Memory, Steering, approach_steering, nearest
@@ -81,10 +86,14 @@ class PaperPolicy:
         new = sensed.closed & ~memory.pushing
         params, gains = self._params, self._gains
         half_length, stop_radius = params.vessel.length / 2, params.task.slot_distance
+        time = sensed.tick / params.clock.control
         if params.definition.has_goal and new.any():
-            plan_arcs(relations, new, memory, half_length, gains)
+            longest = self._mean_speed * (params.task.time_limit - time)
+            plan_arcs(relations, new, memory, half_length, longest, gains)
         follow_arcs(relations, memory, gains)
-        time_left = self._arrival_time - sensed.tick / params.clock.control
+        dt = 1 / params.clock.control
+        integrate_speed_error(relations, memory, self._mean_speed, dt, gains)
+        time_left = self._arrival_time - time
         push = push_steering(relations, memory, self._mean_speed, half_length, gains)
         approach = approach_steering(relations, memory, time_left, stop_radius, gains)
         pairs, pushing = zip(push, approach, strict=True), memory.pushing[:, None]

@@ -34,13 +34,14 @@ class Memory:
     arc: Int  #: (W,) index of the arc that the vessel is on, 0 or 1
     travelled: Float  #: (W,) path length round the first centre, m
     last_position: Complex  #: (W,) position of the vessel at the last tick, m
+    lost_speed: Float  #: (W,) integral of the vessel's speed error, m/s
     wheels: Float  #: (W, A, 2) left and right wheel speed commanded at the last tick, m/s
 
     @classmethod
     def blank(cls, worlds: int, team: int) -> Self:
         """Returns the memory at the start of episodes: no targets, no arcs, the wheels at rest."""
         each, boats, arcs = (worlds,), (worlds, team), (worlds, 2)
-        shapes = boats, boats, each, each, each, arcs, arcs, arcs, each, each, each, (*boats, 2)
+        shapes = boats, boats, each, each, each, arcs, arcs, arcs, *4 * (each,), (*boats, 2)
         memory = zeros(cls, *shapes)
         memory.target[:], memory.centre[:], memory.rho[:] = np.nan, FAR_AWAY, FAR_AWAY
         return memory

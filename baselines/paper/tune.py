@@ -42,12 +42,14 @@ CLOSENESS = 0.5  #: weight of the closeness to the goal; that of a delivery is 1
 START = replace(
     GAINS,
     alpha1=None,
-    min_radius=1.75,
+    min_radius=2.5,
     arrival_time=ARRIVAL_TIME["tracking"],
-    push_speed=0.04,
+    push_speed=0.03,
+    stop_distance=0.15,
+    speed_integral=0.3,
     switch_distance=0.02,
 )
-"""Where the search begins: as printed, but for what is zero or nothing there."""
+"""Where the search begins: as printed, or what looked sensible in a few trials."""
 LOG = "scores.jsonl"  #: file name of the scores
 
 
@@ -78,7 +80,10 @@ class Stage:
 
     def gains(self, base: PaperGains, logarithms: Float) -> PaperGains:
         """Returns gains with other values (K,) of those that are searched."""
-        return replace(base, **dict(zip(self.names, np.exp(logarithms).tolist(), strict=True)))
+        values = dict(zip(self.names, np.exp(logarithms).tolist(), strict=True))
+        if "min_radius" in values:
+            values["min_radius"] = max(values["min_radius"], 1.0)
+        return replace(base, **values)
 
     def logarithms(self, gains: PaperGains) -> Float:
         """Returns the logarithms (K,) of the gains that are searched."""
@@ -89,12 +94,12 @@ STAGES = (
     Stage(
         "push",
         (
-            *("min_radius", "stop_distance", "push_speed", "switch_distance", "steering"),
-            *("vessel_yaw", "cross_track", "max_yaw_offset", "keep_up"),
+            *("min_radius", "stop_distance", "push_speed", "speed_integral", "switch_distance"),
+            *("steering", "vessel_yaw", "cross_track", "max_yaw_offset", "keep_up"),
         ),
         push_score,
     ),
-    Stage("approach", ("max_speed", "arrival_time", "sigma"), approach_score, 0.5),
+    Stage("approach", ("max_speed", "arrival_time", "sigma"), approach_score, 0.4),
 )
 
 
@@ -102,7 +107,7 @@ STAGES = (
 class Options:
     """How long is searched, and where the results are kept."""
 
-    generations: int = 8  #: generations of the push; the approach has half as many
+    generations: int = 7  #: generations of the push; the approach has fewer
     population: int = 10  #: candidates of a generation
     elite: int = 4  #: candidates of a generation to which the next one is fitted
     episodes: int = 24  #: episodes of a candidate in each scenario

@@ -39,7 +39,7 @@ def table(job: Job) -> dict[str, Any]:
             "least radius (m)": gains.min_radius * params.vessel.length / 2,
             "speed (cm/s)": 100 * push_speed(params, gains),
             "T_goal (s)": arrival_time(params, gains),
-            "legal": f"{np.isfinite(lengths(goals, params, gains)).mean():.1%}",
+            "legal": f"{np.isfinite(lengths(goals, params, gains, np.inf)).mean():.1%}",
             **{
                 f"in time, {limit:g} s": f"{in_time(goals, params, gains, limit).mean():.1%}"
                 for limit in TIME_LIMITS
@@ -60,16 +60,19 @@ def sampled_goals(params: EnvParams, seeds: range) -> Float:
     return np.array([starts.sample(params, np.random.default_rng(seed)).goal for seed in seeds])
 
 
-def lengths(goals: Float, params: EnvParams, gains: PaperGains) -> Float:
-    """Returns the lengths (n,) of the paths to goals (n, 3), m; infinite where none is legal."""
+def lengths(goals: Float, params: EnvParams, gains: PaperGains, longest: float) -> Float:
+    """Returns the lengths (n,) of the paths to goals (n, 3), m; infinite where none is legal.
+
+    Paths with wide arcs are planned where they are no longer than ``longest``, m.
+    """
     half_length = params.vessel.length / 2
-    path = two_arcs(goals, half_length, gains)
+    path = two_arcs(goals, half_length, longest, gains)
     legal = two_arc.feasible(path, half_length)
     return np.where(legal, path.total_length, np.inf)
 
 
 def in_time(goals: Float, params: EnvParams, gains: PaperGains, time_limit: float) -> Bool:
     """Returns which paths (n,) can be driven in what T_goal leaves of a time limit, s."""
-    left = time_limit - arrival_time(params, gains)
-    enough: Bool = lengths(goals, params, gains) <= push_speed(params, gains) * left
+    longest = push_speed(params, gains) * (time_limit - arrival_time(params, gains))
+    enough: Bool = lengths(goals, params, gains, longest) <= longest
     return enough
