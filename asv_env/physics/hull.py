@@ -12,6 +12,7 @@ The term with u v is the Munk moment. The terms with r say that the momentum (m_
 its direction over ground while the hull turns under it.
 """
 
+import math
 from typing import NamedTuple
 
 from asv_env.physics.compiled import compiled
@@ -36,20 +37,21 @@ def munk_moment(u: float, v: float, mass_u: float, mass_v: float) -> float:
 
 @compiled
 def coupled(
-    u: float, v: float, r: float, mass: Float, cos: float, sin: float, dt: float
-) -> tuple[float, float, float]:
-    """Returns the velocity after a step of ``dt`` s without force or drag.
+    u: float, v: float, r: float, mass: Float, dt: float
+) -> tuple[float, float, float, float]:
+    """Returns the velocity after a step of ``dt`` s without force or drag, and the turn in it, rad.
 
-    The hull turns by the angle of cosine ``cos`` and sine ``sin`` in it. The momentum keeps its
-    direction exactly; the Munk moment acts half before and half after. For a hull that turns by
-    ``r dt`` this conserves energy as long as the step is short.
+    The momentum keeps its direction exactly; the Munk moment acts half before and half after.
+    This conserves energy as long as the step is short.
     """
     mass_u, mass_v, inertia = mass[0], mass[1], mass[2]
     r += 0.5 * dt * munk_moment(u, v, mass_u, mass_v) / inertia
+    turn = r * dt
+    cos, sin = math.cos(turn), math.sin(turn)
     p, q = mass_u * u, mass_v * v
     u, v = (cos * p + sin * q) / mass_u, (cos * q - sin * p) / mass_v
     r += 0.5 * dt * munk_moment(u, v, mass_u, mass_v) / inertia
-    return u, v, r
+    return u, v, r, turn
 
 
 @compiled
@@ -85,11 +87,12 @@ def advanced(
     world: int,
     body: int,
     shelter: tuple[float, float],
-    cos: float,
-    sin: float,
     dt: float,
-) -> tuple[float, float, float]:
-    """Returns the velocity of a hull after a step without contact, by Strang's splitting.
+) -> tuple[float, float, float, float]:
+    """Returns the velocity of a hull after a step without contact, and the turn in it, rad.
+
+    Drag, the coupling of the axes, and drag again act for half a step, a step and half a step
+    (Strang's splitting).
 
     Args:
         u: surge speed relative to the water, m/s.
@@ -100,11 +103,10 @@ def advanced(
         world: row of the world in ``hulls``.
         body: row of the hull in ``hulls``.
         shelter: factors on the drag in surge and in sway.
-        cos: cosine of the angle by which the hull turns in the step.
-        sin: sine of that angle.
         dt: duration of the step, s.
     """
     half = 0.5 * dt
     u, v, r = resisted(u, v, r, force, hulls, world, body, shelter, half)
-    u, v, r = coupled(u, v, r, hulls.mass[world, body], cos, sin, dt)
-    return resisted(u, v, r, force, hulls, world, body, shelter, half)
+    u, v, r, turn = coupled(u, v, r, hulls.mass[world, body], dt)
+    u, v, r = resisted(u, v, r, force, hulls, world, body, shelter, half)
+    return u, v, r, turn

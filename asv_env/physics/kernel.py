@@ -2,8 +2,9 @@
 
 Pymunk knows one mass of a hull and moves it by forces. So each hull gets the force by which its
 velocity after the step, but for contact, is that of the manoeuvring model. Pymunk first moves the
-hulls by their velocities and then changes these, so the model's velocity is turned by the angle
-that the hull turns in the step, and is relative to the water where the hull will be.
+hulls by their velocities and then changes these. So a velocity belongs to the middle of the next
+step (the leapfrog scheme): it is seen from the heading, and is relative to the water, that the
+hull will have there. Without contact this is exact to the second order of the step.
 """
 
 import math
@@ -109,21 +110,19 @@ def push(
     for body in range(count):
         x, y, heading = motion[body, 0], motion[body, 1], motion[body, 2]
         vx, vy, r = motion[body, 3], motion[body, 4], motion[body, 5]
-        cos, sin = math.cos(heading), math.sin(heading)
-        cos_turn, sin_turn = math.cos(r * dt), math.sin(r * dt)
-        wx, wy = velocity(plant.flow, x, y)
+        middle = heading + 0.5 * dt * r
+        cos, sin = math.cos(middle), math.sin(middle)
+        wx, wy = velocity(plant.flow, x + 0.5 * dt * vx, y + 0.5 * dt * vy)
         u, v = cos * (vx - wx) + sin * (vy - wy), cos * (vy - wy) - sin * (vx - wx)
         force = 0.0, 0.0, 0.0
         if body > 0:
             boat, speed = body - 1, cos * vx + sin * vy
             force = steered(plant, world, boat, speed, r, action[boat], working[boat])
         hidden = factors[body, 0], factors[body, 1]
-        u, v, turn_rate = advanced(
-            u, v, r, force, plant.hulls, world, body, hidden, cos_turn, sin_turn, dt
-        )
+        u, v, turn_rate, turn = advanced(u, v, r, force, plant.hulls, world, body, hidden, dt)
         if plant.flow.kind != STILL:
-            wx, wy = velocity(plant.flow, x + dt * vx, y + dt * vy)
-        cos, sin = cos * cos_turn - sin * sin_turn, sin * cos_turn + cos * sin_turn
+            wx, wy = velocity(plant.flow, x + 1.5 * dt * vx, y + 1.5 * dt * vy)
+        cos, sin = math.cos(middle + turn), math.sin(middle + turn)
         per_step = plant.contact_mass[world, body] / dt
         wrench[body, 0] = per_step * (wx + cos * u - sin * v - vx)
         wrench[body, 1] = per_step * (wy + sin * u + cos * v - vy)
