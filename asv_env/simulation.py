@@ -197,7 +197,7 @@ class Simulation:
         state.goal[world] = start.goal
         state.tick[world] = state.occupied_ticks[world] = state.delivered_ticks[world] = 0
         state.thrust[world] = 0.0
-        state.working[world] = True
+        state.working[world] = start.failure_tick != 0
         state.touching[world] = False
         state.contact_force[world] = 0.0
         state.side[world] = start.side
