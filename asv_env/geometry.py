@@ -4,17 +4,27 @@ A planar vector is a complex number x + iy and a direction is e = exp(ih), so th
 vector into the frame of a body with heading h is a multiplication by conj(e).
 """
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
+from asv_env.compiled import compiled
 from asv_env.types import Complex, Float
+
+TURN = 2 * math.pi
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """Returns an angle, rad, wrapped to (-pi, pi]; an angle in there stays as it is."""
+    return angle - TURN * np.ceil((angle - math.pi) / TURN)
 
 
 def wrap(angle: ArrayLike) -> Float:
-    """Returns an angle, rad, wrapped to (-pi, pi]; an angle in there stays as it is."""
+    """Returns angles (...) ``wrapped``."""
     array = np.asarray(angle, dtype=np.float64)
-    turns = np.ceil((array - np.pi) / (2 * np.pi))
-    return array - 2 * np.pi * turns
+    return array - TURN * np.ceil((array - np.pi) / TURN)
 
 
 def direction(heading: Float) -> Complex:

@@ -9,24 +9,23 @@ from typing import Any
 
 import numpy as np
 
-from asv_env import arguments
+from asv_env import arguments, threads
 from asv_env.checks import Whole, called
 from asv_env.geometry import plane, wrap, xy
 from asv_env.numerics import numerics
 from asv_env.params import EnvParams
-from asv_env.physics import threads, water
+from asv_env.physics import water
 from asv_env.physics.dynamics import Dynamics
 from asv_env.sensing import observation
 from asv_env.sensing.knowledge import Knowledge
-from asv_env.tasks import initial_state, metrics, reward, standing, termination
+from asv_env.tasks import initial_state, metrics, standing
 from asv_env.tasks.formation import Relations, relate
-from asv_env.tasks.reward import Transition
+from asv_env.tasks.referee import Referee
 from asv_env.tasks.standing import Events
 from asv_env.tasks.task import InitialStates, Task
 from asv_env.text import shown
 from asv_env.types import (
     Bool,
-    Complex,
     Ending,
     Float,
     InitialState,
@@ -37,14 +36,13 @@ from asv_env.types import (
     TimeStep,
     copied,
     frozen,
-    put_rows,
     rows,
 )
 
 MOST_WORLDS = 1_000_000  #: largest number of worlds
 REMEMBERED = (
-    *("_state", "_relations", "_ending", "_rngs", "_failure_tick", "_steps_over"),
-    *("_relative_goal", "_potentials", "_tally", "_roles_may_change"),
+    *("_state", "_ending", "_rngs", "_failure_tick", "_steps_over"),
+    *("_relative_goal", "_roles_may_change"),
 )  #: names of what a simulation itself remembers from step to step
 
 
@@ -112,10 +110,9 @@ class Simulation:
         self._ending = frozen(Ending(none, none, none))
         self._state = frozen(state)
         self._relative_goal = np.zeros((worlds, 3))
-        self._relations = frozen(relate(state.motion, state.goal, state.slot, state.side))
-        self._knowledge = Knowledge(self.params, state, self._relations)
-        self._potentials = self._potentials_of(self._relations, state)
-        self._tally = metrics.Tallies(self._relations, state)
+        self._referee = Referee(self.params, worlds, self.num_threads)
+        self._referee.begin(np.arange(worlds), state)
+        self._knowledge = Knowledge(self.params, state, self.num_threads)
 
     @property
     def state(self) -> State:
@@ -125,7 +122,8 @@ class Simulation:
     @property
     def relations(self) -> Relations:
         """Relations of the true motion, read-only."""
-        return self._relations
+        state = self._state
+        return frozen(relate(state.motion, state.goal, state.slot, state.side))
 
     @property
     def ending(self) -> Ending:
@@ -164,18 +162,15 @@ class Simulation:
         state = copied(self._state)
         for world, start in zip(index, starts, strict=True):
             self._begin(state, int(world), start)
-        motion, relations = state.motion, self._relations
-        self._relations = standing.begun(state, relations, motion, index, self.params)
+        standing.begun(state, state.motion, index, self.params)
         self._state = frozen(state)
         others = ~np.isin(np.arange(self.num_worlds), index)
         self._ending = frozen(self._ending.within(others))
-        some = rows(self._relations, index), rows(state, index)
-        self._potentials[index] = self._potentials_of(*some)
-        put_rows(self._tally, index, metrics.Tallies(*some))
+        self._referee.begin(index, self._state)
         self._steps_over[index] = 0
         fails = (self._failure_tick != metrics.NEVER).any()
         self._roles_may_change = bool(fails or not state.anchored.all())
-        self._knowledge.reset(index, self._state, self._relations, self._rngs)
+        self._knowledge.reset(index, self._state, self._rngs)
         return self._observe(index)
 
     def _sample(self, world: int, seed: int | None, goal: Sequence[float] | None) -> InitialState:
@@ -218,18 +213,13 @@ class Simulation:
         """
         self._check_running()
         command = arguments.checked_action(action, self._state.thrust.shape)
-        before, params = self._state, self.params
-        state, flow = self._move(command)
-        self._state, relations = state, self._relations
-        self._ending = ending = frozen(termination.ending(relations, state, flow, params))
+        before = self._state
+        moved = self._move(command)
+        water = self._dynamics.water()
+        self._state, self._ending = self._referee.judge(before, moved, water)
+        terms, rewards = self._referee.reward(before, self._state, self._ending)
+        ending = self._ending
         self._steps_over += ending.terminated | ending.truncated | (self._steps_over > 0)
-
-        after = self._potentials_of(relations, state)
-        transition = Transition(relations, before, state, ending, params)
-        terms = reward.weighted(self._task.reward, self._potentials, after, transition)
-        rewards = reward.total(self._task.reward, terms, params.num_boats)
-        self._potentials = after
-        metrics.update(self._tally, transition, rewards)
         self._change_roles()
         return TimeStep(self._observe(), rewards, ending, terms)
 
@@ -241,11 +231,8 @@ class Simulation:
                 "simulation was made; call reset first"
             )
 
-    def _move(self, command: Float) -> tuple[State, Complex]:
-        """Physics and sensing of one control step.
-
-        Returns the state after it, and the velocity (W,) of the water at the vessel, m/s.
-        """
+    def _move(self, command: Float) -> dict[str, Any]:
+        """Physics and sensing of one control step; returns the fields of ``State`` it decides."""
         clock, before = self.params.clock, self._state
         command = self._dynamics.delayed(command)
         force = np.zeros(before.working.shape)
@@ -255,22 +242,12 @@ class Simulation:
             motion[..., 2] = wrap(motion[..., 2])
             motion.setflags(write=False)
             self._knowledge.sense(motion)
-        task = self.params.task
-        self._relations, formed, judged = standing.advanced(before, motion, task)
-        flow = water.current(self.params.water, self._relations.position[:, 0])
-        at_goal = termination.at_goal(self._relations, flow, task) & before.anchored
-        values = {
-            **vars(before),
-            **judged,
-            "tick": before.tick + 1,
+        return {
             "motion": motion,
             "thrust": self._dynamics.plant.motors.thrust.copy(),
             "touching": self._dynamics.basin.bodies.touching.copy(),
             "contact_force": force / (clock.sensing // clock.control),
-            "occupied_ticks": (before.occupied_ticks + 1) * formed,
-            "delivered_ticks": (before.delivered_ticks + 1) * at_goal,
         }
-        return frozen(State(**values)), flow
 
     def _change_roles(self) -> None:
         """Applies failures, new slots and the anchoring of goals from the next step on.
@@ -284,27 +261,22 @@ class Simulation:
             anchors = known.closed & ~known.anchored
             working, goal = state.working & ~fails, self._relative_goal
             events = Events(fails.any(axis=1), working, anchors, goal)
-        now = state, self._relations, state.motion
-        self._state, self._relations, index = standing.changed(*now, events, self.params)
+        now = state, state.motion, self._referee.misassigned
+        self._state, index = standing.changed(*now, events, self.params)
         if len(index):
-            some = rows(self._relations, index), rows(self._state, index)
-            self._potentials[index] = self._potentials_of(*some)
-            if events is not None:
-                metrics.restart_errors(self._tally, self._relations, np.flatnonzero(events.anchors))
-        knowledge.change(events, self._state, self._relations)
-
-    def _potentials_of(self, relations: Relations, state: State) -> Float:
-        return reward.potentials(self._task.reward, relations, state, self.params)
+            anchored = index[:0] if events is None else np.flatnonzero(events.anchors)
+            self._referee.change(index, anchored, self._state)
+        knowledge.change(events, self._state)
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
-        sensed, relations = self._knowledge.sensed, self._knowledge.relations
+        sensed, threads = self._knowledge.sensed, self.num_threads
         if index is not None:
-            sensed, relations = rows(sensed, index), rows(relations, index)
-        return observation.observe(self._features, sensed, relations, self.params)
+            sensed, threads = rows(sensed, index), 1
+        return observation.observe(self._features, sensed, self.params, threads)
 
     def summary(self) -> dict[str, Any]:
         """Returns the metrics of the episodes so far, each (W,); see ``metrics.summary``."""
-        return metrics.summary(self._tally, self._state, self._relations, self._ending, self.params)
+        return self._referee.summary(self._state, self._ending)
 
     def snapshot(self) -> Snapshot:
         """Returns everything that the simulation remembers, for ``restore``.
@@ -313,7 +285,8 @@ class Simulation:
         user: what they remember is not part of it.
         """
         own = {name: vars(self)[name] for name in REMEMBERED}
-        memory = pickle.dumps((own, self._knowledge.snapshot(), self._dynamics.snapshot()))
+        parts = self._referee, self._knowledge, self._dynamics
+        memory = pickle.dumps((own, *(part.snapshot() for part in parts)))
         return Snapshot(self.params, self.num_worlds, memory)
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -335,10 +308,11 @@ class Simulation:
                 raise ValueError(
                     f"restore: the snapshot has {name} = {shown(other)}, not {shown(mine)}"
                 )
-        own, knowledge, dynamics = pickle.loads(snapshot.memory)
+        own, referee, knowledge, dynamics = pickle.loads(snapshot.memory)
         vars(self).update(own)
-        for record in (self._state, self._relations, self._ending):
+        for record in (self._state, self._ending):
             frozen(record)
+        self._referee.restore(referee)
         self._knowledge.restore(knowledge)
         self._dynamics.restore(dynamics)
 

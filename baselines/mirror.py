@@ -90,9 +90,9 @@ def view(
 def _own_standing(params: EnvParams, seen: Sensed, memory: PushSide, fresh: Bool) -> Sensed:
     """Returns what is seen with standings that follow from the estimate and from what was."""
     before = replace(seen, slot=memory.slot, closed=memory.closed, working=memory.working)
-    relations, _, judged = standing.advanced(before, seen.estimate, params.task)
-    occupied, closed = judged["occupied"], judged["closed"] & ~fresh
+    now = standing.advanced(before, seen.estimate, params, 1)
+    closed = now.closed & ~fresh
     fails = (seen.working != memory.working).any(axis=1)
     events = Events(fresh | fails, seen.working, np.zeros_like(fresh), seen.goal)
-    now = replace(before, occupied=occupied, closed=closed), relations, seen.estimate
-    return standing.changed(*now, events, params)[0]
+    after = replace(before, occupied=now.occupied, closed=closed)
+    return standing.changed(after, seen.estimate, now.misassigned, events, params)[0]

@@ -11,7 +11,10 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 GROUND = {
     f"asv_env.{name}"
-    for name in ("types", "text", "checks", "files", "geometry", "numerics", "registry", "params")
+    for name in (
+        *("types", "text", "checks", "files", "geometry", "numerics", "registry", "params"),
+        *("compiled", "threads"),
+    )
 }
 WORLD = {
     *GROUND,
@@ -29,6 +32,8 @@ ROOMS = {
     "asv_env.files": set(),
     "asv_env.arguments": GROUND,
     "asv_env.numerics": set(),
+    "asv_env.compiled": set(),
+    "asv_env.threads": GROUND,
     "asv_env.registry": GROUND,
     "asv_env.geometry": GROUND,
     "asv_env.params": GROUND,
@@ -73,8 +78,8 @@ OPEN = {"baselines", EVALUATE, "train"}
 
 ONLY_IN = {
     "pymunk": {"asv_env/physics/"},
-    "numba": {"asv_env/physics/"},
-    "llvmlite": {"asv_env/physics/"},
+    "numba": {"asv_env/compiled.py", "asv_env/physics/native.py"},
+    "llvmlite": {"asv_env/physics/native.py"},
     "pygame": {"asv_env/render/"},
     "stable_baselines3": {
         "asv_env/envs/sb3.py",
@@ -187,7 +192,7 @@ def test_library_is_used_only_where_it_belongs(library):
 
 def test_libraries_are_found_where_they_are_used():
     assert "pymunk" in roots(ROOT / "asv_env/physics/basin.py")
-    assert "numba" in roots(ROOT / "asv_env/physics/compiled.py")
+    assert "numba" in roots(ROOT / "asv_env/compiled.py")
 
 
 def test_no_file_is_long():

@@ -10,8 +10,8 @@ from helpers import actions, begin_at, bodies, turned
 
 from asv_env import Simulation, make_params
 from asv_env.sensing.global_state import global_state
-from asv_env.tasks.formation import relate
-from asv_env.tasks.termination import at_goal, delivery_ticks
+from asv_env.tasks.laws import at_goal, rules
+from asv_env.tasks.termination import delivery_ticks
 from baselines.paper.coasting import coasting_distance, coasting_speed
 
 approx = pytest.approx
@@ -19,16 +19,14 @@ PASSING = np.array([0.03, -0.03, 0.09, 0.005, -0.004, 0.04])
 """Motion of a vessel that passes the origin: close, slow, and going away."""
 HELD = np.array([0.03, -0.03, 0.09, 0.0015, -0.001, 0.009])
 """Motion of a vessel that hardly moves at the origin."""
-NO_SLOTS = np.zeros((1, 1), dtype=complex)
 APART = (2, 2), (2, -2), (-2, 2), (-2, -2)
 
 
 def counts(vessel, water=0j, goal=(0.6, -0.9, 0.4), **options):
     """Whether a tick counts with a motion (6,) of the vessel, seen from the goal."""
     motion = turned(bodies(vessel, (2, 2)), goal[2], goal[0] + 1j * goal[1])
-    relations = relate(motion[None], np.array([goal]), NO_SLOTS, np.ones(1))
-    water = np.array([water * np.exp(1j * goal[2])])
-    return bool(at_goal(relations, water, make_params(**options).task)[0])
+    water = complex(water * np.exp(1j * goal[2]))
+    return at_goal(motion, np.array(goal), water, rules(make_params(**options)))
 
 
 def begun(motion, **options):

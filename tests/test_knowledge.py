@@ -15,7 +15,7 @@ from asv_env.geometry import wrap
 from asv_env.presets import NOISE
 from asv_env.sensing.observation import NAMES
 from asv_env.sensing.sensors import Sensors
-from asv_env.tasks import formation
+from asv_env.tasks import formation, standing
 from asv_env.types import Sensed, Standing, State
 from baselines.scripted import ScriptedPolicy
 
@@ -162,8 +162,7 @@ def test_occupied_slots_are_those_of_the_estimate():
     sim = begun(8, scenario="noisy")
     column, disagree = NAMES.index("slots_occupied"), False
     for _, taken, known, state in driven(sim, 350):
-        relations = formation.relate(known.estimate, known.goal, known.slot, known.side)
-        held = formation.occupied(relations, sim.params.task)
+        held = standing.advanced(known, known.estimate, sim.params, 1).occupied
         assert same(known.occupied, held)
         np.testing.assert_allclose(taken.observation[..., column], held.mean(1)[:, None] + 0 * held)
         disagree |= (held != state.occupied).any()

@@ -1,6 +1,5 @@
 """The task: slots, starts, closure, delivery, ends, reward, observation, noise, metrics."""
 
-from dataclasses import replace
 from itertools import permutations
 from types import SimpleNamespace
 
@@ -14,9 +13,7 @@ from asv_env import make_params
 from asv_env.geometry import wrap
 from asv_env.sensing import observation
 from asv_env.simulation import Simulation
-from asv_env.tasks import formation, reward, starts
-from asv_env.tasks.formation import relate
-from asv_env.tasks.reward import Transition
+from asv_env.tasks import formation, laws, payment, reward, standing, starts
 from asv_env.types import Ending
 
 approx = pytest.approx
@@ -176,6 +173,15 @@ def test_goal_given_at_reset_overrides_the_drawn_one():
 # ------------------------------------------------------------------ closure
 
 
+def occupied(params, motion, slot):
+    """Which boats of a motion (B, 6) occupy their slots (A,)."""
+    team = SimpleNamespace(
+        goal=np.zeros((1, 3)), slot=slot[None], side=np.ones(1),
+        working=np.ones((1, len(slot)), bool), closed=np.zeros(1, bool),
+    )  # fmt: skip
+    return standing.advanced(team, motion[None], params, 1).occupied[0]
+
+
 def holds(params, moved):
     """Whether one boat, moved (6,) from its slot in the vessel's frame, holds it."""
     motion = in_slots(params, gap=0.0)
@@ -183,8 +189,7 @@ def holds(params, moved):
     vessel = np.array([0.4, -0.2, 0.8])
     motion = turned(motion, vessel[2], vessel[0] + 1j * vessel[1])
     slot = in_slots(params, gap=0.0)[1:, :2] @ [1, 1j]
-    relations = relate(motion[None], np.zeros((1, 3)), slot[None], np.ones(1))
-    held = formation.occupied(relations, params.task)[0]
+    held = occupied(params, motion, slot)
     assert held[1:].all()
     return bool(held[0])
 
@@ -214,8 +219,7 @@ def test_boat_that_moves_and_turns_with_the_vessel_holds_its_slot():
     x, y = motion[:, 0], motion[:, 1]
     motion[:, 3], motion[:, 4], motion[:, 5] = 0.1 - 0.5 * y, 0.05 + 0.5 * x, 0.5
     slot = motion[1:, :2] @ [1, 1j]
-    relations = relate(motion[None], np.zeros((1, 3)), slot[None], np.ones(1))
-    assert formation.occupied(relations, params.task).all()
+    assert occupied(params, motion, slot).all()
 
 
 def test_push_starts_in_closure_and_the_other_tasks_do_not():
@@ -397,7 +401,7 @@ def test_errors_before_the_goal_is_anchored_do_not_count_as_the_smallest():
 def random_walk(params, ticks, num_worlds=2, hold=5, seed=0):
     """A simulation after random actions, and what every step gave back."""
     sim, rng = begun(params, num_worlds), np.random.default_rng(seed)
-    before = reward.potentials(reward.TERMS, sim.relations, sim.state, params)
+    before = reward.evaluated(sim.state, params)[0]
     steps = []
     for tick in range(ticks):
         if tick % hold == 0:
@@ -419,7 +423,7 @@ def test_reward_is_the_sum_of_its_terms(task):
 def test_progress_terms_sum_to_the_difference_of_their_potentials():
     params = make_params(scenario="gyre")
     sim, before, steps = random_walk(params, 150)
-    after = reward.potentials(reward.TERMS, sim.relations, sim.state, params)
+    after = reward.evaluated(sim.state, params)[0]
     for column, name in enumerate(("closure", "delivery", "precision")):
         gained = sum(done.terms[name][:, 0] for done in steps)
         risen = after[:, column] - before[:, column]
@@ -429,15 +433,11 @@ def test_progress_terms_sum_to_the_difference_of_their_potentials():
 
 def way(x, y, turn, side=1.0, size=1.0):
     """Way to a goal in the vessel's frame that is turned against it."""
-    goal = np.array([x + 1j * y])
     turned = np.angle(np.exp(1j * turn))
-    relations = SimpleNamespace(
-        goal=goal, goal_error=np.abs(goal), heading_error=np.array([-turned])
-    )
-    return reward.cost_to_go(relations, np.array([side]), size)[0]
+    return laws.cost_to_go(complex(x, y), -turned, side, size)
 
 
-RADIAN, SIDEWAYS = reward.HEADING_WEIGHT, reward.SIDEWAYS
+RADIAN, SIDEWAYS = laws.HEADING_WEIGHT, laws.SIDEWAYS
 
 
 @pytest.mark.parametrize(
@@ -485,19 +485,21 @@ def test_the_first_turn_is_a_step_forward(bearing, distance, turn):
 
 
 def judged(params, before, after, reached=False, strayed=False, tick=1, distance=0.0):
-    """Weighted terms of one tick between two potentials (3,), of idle boats."""
-    sim = begun(params)
-    state = replace(sim.state, tick=np.array([tick]))
-    errors = {"goal_error": np.array([distance]), "heading_error": np.zeros(1)}
-    relations = replace(sim.relations, **errors)
-    ending = Ending(np.array([reached]), np.array([strayed]), np.array([False]))
+    """Weighted terms of one tick between two potentials (3,), of idle boats; and their sums."""
+    happened = payment.Happened(
+        np.array([reached]), np.array([strayed]), np.array([tick]),
+        np.zeros((1, 4, 2)), np.zeros((1, 4, 2), bool),
+    )  # fmt: skip
+    paid = reward.payments(1, 4)
+    columns = {term.name: term.column for term in reward.TERMS}
+    weight = np.zeros(len(payment.COLUMNS))
+    for term in reward.TERMS:
+        weight[term.column] = term.factor(params)
     before, after = np.reshape(before, (1, 3)), np.reshape(after, (1, 3))
-    now = Transition(relations, state, state, ending, params)
-    return reward.weighted(reward.TERMS, before, after, now)
-
-
-def total(terms):
-    return reward.total(reward.TERMS, terms, 4)
+    error = np.array([[distance, 0.0]])
+    payment.pay(0, 1, before, after, error, happened, payment.prices(params), weight, paid)
+    found = np.concatenate([np.tile(paid.shared, (4, 1)), paid.own[0]], axis=1)
+    return {name: found[:, column] for name, column in columns.items()}, paid.reward[0]
 
 
 potentials = st.tuples(st.floats(-50, 0), st.floats(-50, 0), st.floats(0, 1))
@@ -512,7 +514,7 @@ potentials = st.tuples(st.floats(-50, 0), st.floats(-50, 0), st.floats(0, 1))
 )
 def test_every_term_is_bounded(before, after, strayed, tick, distance):
     params = make_params()
-    terms = judged(params, before, after, not strayed, strayed, tick, distance)
+    terms, _ = judged(params, before, after, not strayed, strayed, tick, distance)
     weight, second = params.reward, 1 / params.clock.control
     bounds = {
         "closure": weight.closure,
@@ -531,9 +533,9 @@ def test_every_term_is_bounded(before, after, strayed, tick, distance):
 @given(tick=st.integers(1, 1799), at=potentials)
 def test_straying_is_worse_than_running_out_of_time(tick, at):
     params = make_params()
-    strays = total(judged(params, at, at, strayed=True, tick=tick))
-    idles = total(judged(params, at, at, tick=tick)) * (1801 - tick)
-    assert np.all(strays < idles - 1)
+    _, strays = judged(params, at, at, strayed=True, tick=tick)
+    _, idles = judged(params, at, at, tick=tick)
+    assert np.all(strays < idles * (1801 - tick) - 1)
 
 
 def test_way_out_of_the_arena_earns_less_than_waiting():
@@ -551,11 +553,11 @@ def test_way_out_of_the_arena_earns_less_than_waiting():
 def test_success_pays_and_straying_costs_what_their_weights_say():
     params = make_params(reward={"success": 7.0, "accuracy": 0.5, "strayed": 3.0, "time": 0.1})
     at = (-1.0, -1.0, 0.0)
-    assert judged(params, at, at, reached=True)["success"] == approx(7.0)
-    assert judged(params, at, at, reached=True, distance=1.0)["success"] == approx(3.5)
-    late = judged(params, at, at, strayed=True, tick=1800)
+    assert judged(params, at, at, reached=True)[0]["success"] == approx(7.0)
+    assert judged(params, at, at, reached=True, distance=1.0)[0]["success"] == approx(3.5)
+    late, _ = judged(params, at, at, strayed=True, tick=1800)
     assert late["strayed"] == approx(-3.0)
-    early = judged(params, at, at, strayed=True, tick=800)
+    early, _ = judged(params, at, at, strayed=True, tick=800)
     assert early["strayed"] == approx(-3.0 - 0.01 * 1000)
 
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from asv_env.compiled import compiled
 from asv_env.params import BoatParams
-from asv_env.physics.compiled import compiled
 from asv_env.types import Float
 
 

@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from asv_env import threads
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.physics import autopilot, kernel, threads, thrusters, water
+from asv_env.physics import autopilot, kernel, thrusters, water
 from asv_env.physics.basin import Basin, BasinSnapshot
 from asv_env.physics.hull import Hulls
 from asv_env.physics.kernel import Plant
 from asv_env.physics.shelter import cover
-from asv_env.types import Bool, Float, InitialState
+from asv_env.types import Bool, Complex, Float, InitialState
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Dynamics:
     """
 
     def __init__(self, params: EnvParams, num_worlds: int, num_threads: int = 1) -> None:
-        self._dt = params.clock.dt
+        self._dt, self._water = params.clock.dt, params.water
         self._num_threads = max(1, min(num_threads, num_worlds))
         self.basin = Basin(params, num_worlds, self._num_threads)
         vessel, boat = params.hulls()
@@ -103,6 +104,10 @@ class Dynamics:
         self._commands[:-1] = self._commands[1:]
         self._commands[-1] = command
         return arriving
+
+    def water(self) -> Complex:
+        """Returns the velocity (W,) of the water at the vessels, m/s."""
+        return water.current(self._water, plane(self.basin.motion[:, 0]))
 
     def advance(self, action: Float, working: Bool, steps: int) -> Float:
         """Advances all worlds by some physics steps under one action.

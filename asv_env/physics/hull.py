@@ -15,7 +15,7 @@ its direction over ground while the hull turns under it.
 import math
 from typing import NamedTuple
 
-from asv_env.physics.compiled import compiled
+from asv_env.compiled import compiled
 from asv_env.physics.water import damped
 from asv_env.types import Float
 

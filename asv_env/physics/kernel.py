@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from asv_env.compiled import compiled
 from asv_env.physics import native
 from asv_env.physics.autopilot import Axis, effort, referred
-from asv_env.physics.compiled import compiled
 from asv_env.physics.exchange import IDS
 from asv_env.physics.hull import Hulls, advanced
 from asv_env.physics.native import (

@@ -8,8 +8,8 @@ the hulls is a boat's width. The model is a guess of the right kind, see docs/ph
 import math
 from typing import NamedTuple
 
+from asv_env.compiled import compiled
 from asv_env.params import EnvParams
-from asv_env.physics.compiled import compiled
 from asv_env.types import Float
 
 

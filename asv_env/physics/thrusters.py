@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from asv_env.compiled import compiled
 from asv_env.params import THRUST_LAWS, BoatParams
-from asv_env.physics.compiled import compiled
 from asv_env.types import Float
 
 QUADRATIC = THRUST_LAWS.index("quadratic")

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from asv_env.compiled import compiled
 from asv_env.params import WaterParams
 from asv_env.params.surroundings import CURRENTS
-from asv_env.physics.compiled import compiled
 from asv_env.types import Complex, Float
 
 STILL, UNIFORM, GYRE, DOUBLE_GYRE = map(CURRENTS.index, ("still", "uniform", "gyre", "double_gyre"))

@@ -9,9 +9,8 @@ import numpy as np
 from asv_env.params import EnvParams
 from asv_env.sensing.sensors import Sensors
 from asv_env.tasks import standing
-from asv_env.tasks.formation import Relations
 from asv_env.tasks.standing import Events
-from asv_env.types import Float, Sensed, Situation, Standing, State, copied, frozen
+from asv_env.types import Float, Sensed, Situation, Standing, State, copied, frozen, made
 
 SITUATION = tuple(f.name for f in fields(Situation))  #: names of all that is known but motion
 STANDING = {f.name for f in fields(Standing)}  #: names of what follows from the estimate
@@ -27,30 +26,30 @@ class Knowledge:
     """
 
     sensed: Sensed  #: what is known now, read-only
-    relations: Relations  #: relations of the estimate, read-only
 
-    def __init__(self, params: EnvParams, state: State, relations: Relations) -> None:
+    def __init__(self, params: EnvParams, state: State, num_threads: int) -> None:
         self._params, self._exact = params, params.sensors.exact
+        self._num_threads = num_threads
         self._sensors = Sensors(params, len(state.tick))
-        self._take(state, relations)
+        self._misassigned = np.zeros(len(state.tick), dtype=np.bool_)
+        self._take(state)
 
     def reset(
         self,
         index: np.ndarray,
         state: State,
-        relations: Relations,
         rngs: Mapping[int, np.random.Generator],
     ) -> None:
-        """Begins episodes in the worlds ``index`` (n,) with a true state and its relations."""
+        """Begins episodes in the worlds ``index`` (n,) of a true state."""
         self._sensors.reset(index, state.motion[index], rngs)
         if self._exact:
-            self._take(state, relations)
+            self._take(state)
             return
         sensed = copied(Sensed(**{**vars(self.sensed), **self._sensors.delivered()}))
         for name in SITUATION:
             getattr(sensed, name)[index] = getattr(state, name)[index]
-        estimate, params = sensed.estimate, self._params
-        self.relations = standing.begun(sensed, self.relations, estimate, index, params)
+        standing.begun(sensed, sensed.estimate, index, self._params)
+        self._misassigned[index] = False
         self.sensed = frozen(sensed)
 
     def sense(self, motion: Float) -> None:
@@ -62,34 +61,32 @@ class Knowledge:
         if self._exact:
             return state
         before, delivered = self.sensed, self._sensors.delivered()
-        self.relations, _, judged = standing.advanced(
-            before, delivered["estimate"], self._params.task
-        )
+        now = standing.advanced(before, delivered["estimate"], self._params, self._num_threads)
+        self._misassigned = now.misassigned
+        judged = {"occupied": now.occupied, "closed": now.closed}
         exact = {name: getattr(state, name) for name in EXACT}
         self.sensed = frozen(Sensed(**{**vars(before), **exact, **judged, **delivered}))
         return self.sensed
 
-    def change(self, events: Events | None, state: State, relations: Relations) -> None:
+    def change(self, events: Events | None, state: State) -> None:
         """Changes roles by events and by the estimate; the true state has changed its own."""
         if self._exact:
-            self._take(state, relations)
+            self._take(state)
         else:
-            self.sensed, self.relations, _ = standing.changed(
-                self.sensed, self.relations, self.sensed.estimate, events, self._params
-            )
+            now = self.sensed, self.sensed.estimate, self._misassigned
+            self.sensed, _ = standing.changed(*now, events, self._params)
 
-    def _take(self, state: State, relations: Relations) -> None:
+    def _take(self, state: State) -> None:
         """Takes the truth for what is known."""
         known = {name: getattr(state, name) for name in SITUATION}
-        self.sensed, self.relations = Sensed(**known, **self._sensors.delivered()), relations
+        self.sensed = made(Sensed, {**known, **self._sensors.delivered()})
 
-    def snapshot(self) -> tuple[Sensed, Relations, dict[str, Any]]:
+    def snapshot(self) -> tuple[Any, ...]:
         """Returns all that changes from tick to tick, for the simulation to copy."""
-        return self.sensed, self.relations, self._sensors.snapshot()
+        return self.sensed, self._misassigned, self._sensors.snapshot()
 
-    def restore(self, memory: tuple[Sensed, Relations, dict[str, Any]]) -> None:
+    def restore(self, memory: tuple[Any, ...]) -> None:
         """Continues as the knowledge did whose ``snapshot`` this is."""
-        self.sensed, self.relations, sensors = memory
-        for record in (self.sensed, self.relations):
-            frozen(record)
+        self.sensed, self._misassigned, sensors = memory
+        frozen(self.sensed)
         self._sensors.restore(sensors)

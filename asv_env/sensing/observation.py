@@ -10,15 +10,25 @@ An environment takes ``observation=[...]``: names of ``FEATURES``, or ``Feature`
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from asv_env.checks import COMPLEX, REAL, FunctionError, values
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.registry import Registry
-from asv_env.sensing.view import NEIGHBOURS, View, nearest_boats
-from asv_env.tasks.formation import Relations
+from asv_env.sensing import feature_table
+from asv_env.sensing.feature_table import (
+    FIRST_NEIGHBOUR,
+    NEIGHBOURS,
+    Columns,
+    Plan,
+    fill,
+    known,
+    plan,
+)
+from asv_env.sensing.view import View
+from asv_env.threads import spread
 from asv_env.types import Float, Observation, Sensed
 
 KIND = "feature"  #: word for a feature in messages
@@ -37,6 +47,7 @@ Scale = float | str  #: divisor of a column: a number, or one of these names
 Value = Callable[[View], np.ndarray]
 """Function from a view to (W, A) or (W, 1): real for one column, complex x + iy for two; or to
 (W, A, n) for n columns."""
+NAMES_OF_NEIGHBOURS = feature_table.NAMES[FIRST_NEIGHBOUR:]
 Features = tuple["Feature", ...]
 Forms = dict[tuple[int, ...], str]  #: shapes that values may have, with the kinds of their numbers
 
@@ -82,16 +93,6 @@ class Feature:
     def __hash__(self) -> int:
         return hash(self.name)  # Every step looks up what belongs to features.
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
-        """Pickles built-in features by name: most of their functions have none."""
-        if any(self is one for one in DEFAULT):
-            return _built_in, (self.name,)
-        return super().__reduce_ex__(protocol)
-
-
-def _built_in(name: str) -> Feature:
-    return next(one for one in DEFAULT if one.name == name)
-
 
 def scalar(name: str, scale: Scale, bound: float, value: Value) -> Feature:
     """Returns a feature of one column, ``value`` / ``scale`` clipped to +-``bound``."""
@@ -103,46 +104,46 @@ def vector(name: str, scale: Scale, bound: float, value: Value) -> Feature:
     return Feature(name, value, (scale,) * 2, (bound,) * 2, (f"{name}_x", f"{name}_y"))
 
 
-def _vessel_velocity(v: View) -> np.ndarray:
-    return v.relations.velocity[:, :1] * v.to_vessel
+def _column(name: str) -> Columns:
+    return Columns((name,))
+
+
+def _vector(name: str) -> Columns:
+    return Columns((f"{name}_x", f"{name}_y"))
 
 
 DEFAULT = (
     # Vectors in the boat's frame, or relative to the slot.
-    vector("own_velocity", SPEED, FAST, lambda v: v.relations.velocity[:, 1:] * v.to_boat),
-    vector("slot", LENGTH, FAR, lambda v: v.slot),
-    vector("slot_fine", FINE, 1.0, lambda v: v.slot),
-    vector("slot_alignment", 1.0, 1.0, lambda v: v.relations.alignment),
+    vector("own_velocity", SPEED, FAST, _vector("own_velocity")),
+    vector("slot", LENGTH, FAR, _vector("slot")),
+    vector("slot_fine", FINE, 1.0, _vector("slot")),
+    vector("slot_alignment", 1.0, 1.0, _vector("slot_alignment")),
     # Vectors in the vessel's frame.
-    vector("own_position", LENGTH, FAR, lambda v: v.relations.boat),
-    vector("slot_position", LENGTH, FAR, lambda v: v.sensed.slot),
-    vector("vessel_velocity", SPEED, FAST, _vessel_velocity),
-    vector("goal", LENGTH, FAR, lambda v: v.relations.goal[:, None]),
-    vector("goal_fine", FINE, 1.0, lambda v: v.relations.goal[:, None]),
-    vector("goal_direction", 1.0, 1.0, lambda v: v.relations.goal_turn[:, None]),
-    vector("vessel_velocity_fine", FINE_SPEED, 1.0, _vessel_velocity),
+    vector("own_position", LENGTH, FAR, _vector("own_position")),
+    vector("slot_position", LENGTH, FAR, _vector("slot_position")),
+    vector("vessel_velocity", SPEED, FAST, _vector("vessel_velocity")),
+    vector("goal", LENGTH, FAR, _vector("goal")),
+    vector("goal_fine", FINE, 1.0, _vector("goal")),
+    vector("goal_direction", 1.0, 1.0, _vector("goal_direction")),
+    vector("vessel_velocity_fine", FINE_SPEED, 1.0, _vector("vessel_velocity")),
     # Scalars.
-    scalar("own_yaw_rate", YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, 1:]),
-    scalar("vessel_yaw_rate", YAW_RATE, FAST, lambda v: v.relations.yaw_rate[:, :1]),
-    scalar("touches_vessel", 1.0, 1.0, lambda v: v.sensed.touching[..., 0]),
-    scalar("touches_other", 1.0, 1.0, lambda v: v.sensed.touching[..., 1]),
-    scalar("thrusters_work", 1.0, 1.0, lambda v: v.sensed.working),
-    scalar("slots_occupied", 1.0, 1.0, lambda v: v.slots_occupied[:, None]),
-    scalar("closure", 1.0, 1.0, lambda v: v.sensed.closed[:, None]),
-    scalar("turn_to_goal_fine", FINE_ANGLE, 1.0, lambda v: -v.relations.heading_error[:, None]),
-    scalar("vessel_yaw_rate_fine", FINE_YAW_RATE, 1.0, lambda v: v.relations.yaw_rate[:, :1]),
-    scalar("inverse_team_size", 0.5, 2.0, lambda v: v.inverse_team[:, None]),
-    scalar("inverse_vessel_length", 1.0 / NOMINAL_LENGTH, 4.0, lambda v: v.inverse_length),
+    scalar("own_yaw_rate", YAW_RATE, FAST, _column("own_yaw_rate")),
+    scalar("vessel_yaw_rate", YAW_RATE, FAST, _column("vessel_yaw_rate")),
+    scalar("touches_vessel", 1.0, 1.0, _column("touches_vessel")),
+    scalar("touches_other", 1.0, 1.0, _column("touches_other")),
+    scalar("thrusters_work", 1.0, 1.0, _column("thrusters_work")),
+    scalar("slots_occupied", 1.0, 1.0, _column("slots_occupied")),
+    scalar("closure", 1.0, 1.0, _column("closure")),
+    scalar("turn_to_goal_fine", FINE_ANGLE, 1.0, _column("turn_to_goal")),
+    scalar("vessel_yaw_rate_fine", FINE_YAW_RATE, 1.0, _column("vessel_yaw_rate")),
+    scalar("inverse_team_size", 0.5, 2.0, _column("inverse_team_size")),
+    scalar("inverse_vessel_length", 1.0 / NOMINAL_LENGTH, 4.0, _column("inverse_vessel_length")),
     Feature(
         "neighbours",
-        nearest_boats,
+        Columns(NAMES_OF_NEIGHBOURS),
         (LENGTH, LENGTH, SPEED, SPEED, 1.0) * NEIGHBOURS,
         (FAR, FAR, FAST, FAST, 1.0) * NEIGHBOURS,
-        tuple(
-            f"neighbour_{k + 1}_{name}"
-            for k in range(NEIGHBOURS)
-            for name in ("x", "y", "vx", "vy", "present")
-        ),
+        NAMES_OF_NEIGHBOURS,
     ),
 )  #: features that are observed by default
 FEATURES: Registry[Feature] = Registry(
@@ -195,49 +196,66 @@ BOUND = bounds(DEFAULT)  #: (K,) largest magnitudes of the columns of the defaul
 
 
 def observe(
-    features: Features, sensed: Sensed, relations: Relations, params: EnvParams
+    features: Features, sensed: Sensed, params: EnvParams, num_threads: int = 1
 ) -> Observation:
     """Returns some features (W, A, K) of what is sensed, float32, within their bounds.
 
-    ``relations`` are those of ``sensed.estimate``.
+    ``num_threads`` is the number of threads over which the worlds are spread.
     """
-    view = View(sensed, relations, params)
-    layout, factors, bound = _layout(features, *sensed.slot.shape, units(params))
-    columns = np.zeros((*sensed.slot.shape, len(bound)))
-    for feature, place, forms in layout:
-        value = values(forms, KIND, feature.name, feature.value, view)
-        if len(feature.scale) == 1:
-            columns[..., place.start] = value
-        elif value.dtype.kind == "c":
-            columns[..., place].view(np.complex128)[..., 0] = value
-        else:
-            columns[..., place] = value
-    columns *= factors
-    # Two passes of these take less time than one of clip.
-    np.maximum(columns, -bound, out=columns)
-    observed = np.minimum(columns, bound, dtype=np.float32, casting="same_kind")
-    if np.isnan(observed).any():
-        broken = np.isnan(observed).any(axis=(0, 1)).argmax()
-        raise FunctionError(f"{KIND} {column_names(features)[broken]!r} is not a number")
+    worlds, team = sensed.slot.shape
+    layout = _layout(features, worlds, team, units(params))
+    observed = np.empty((worlds, team, layout.width), dtype=np.float32)
+    seen, inverse_length = known(sensed), 1.0 / params.vessel.length
+
+    def run(first: int, last: int, thread: int) -> None:
+        fill(first, last, seen, inverse_length, layout.plan, observed)
+
+    spread(run, worlds, num_threads)
+    if layout.others:
+        view = View(sensed, params)
+        for feature, place, forms, factor, bound in layout.others:
+            value = values(forms, KIND, feature.name, feature.value, view)
+            if value.dtype.kind == "c":
+                value = np.stack([value.real, value.imag], axis=-1)
+            elif value.ndim == 2:
+                value = value[..., None]
+            observed[..., place] = np.clip(value * factor, -bound, bound)
+        if np.isnan(observed).any():
+            broken = np.isnan(observed).any(axis=(0, 1)).argmax()
+            raise FunctionError(f"{KIND} {column_names(features)[broken]!r} is not a number")
     return observed
 
 
-@lru_cache(maxsize=128)
-def _layout(
-    features: Features, worlds: int, team: int, units: Units
-) -> tuple[tuple[tuple[Feature, slice, Forms], ...], Float, Observation]:
-    """Returns where the columns of each feature are and what its values may be, for W worlds.
+class _Layout(NamedTuple):
+    """Where the columns of features are in an observation."""
 
-    Factors on all columns (K,), for these ``units``, and their bounds (K,) follow.
-    """
-    ends = np.cumsum([len(one.scale) for one in features]).tolist()
-    places = (slice(end - len(one.scale), end) for one, end in zip(features, ends, strict=True))
-    forms = (_forms(worlds, team, len(one.scale)) for one in features)
+    width: int  #: number of columns
+    plan: Plan  #: those of the built-in ones
+    #: the others, with the place, the forms, the factors and the bounds of their columns
+    others: tuple[tuple[Feature, slice, Forms, Float, Observation], ...]
+
+
+@lru_cache(maxsize=128)
+def _layout(features: Features, worlds: int, team: int, units: Units) -> _Layout:
+    """Returns the layout of features of W worlds, for these ``units``."""
     sizes: dict[Scale, float] = dict(zip(SCALES, units, strict=True))
     scales = [sizes.get(scale, scale) for one in features for scale in one.scale]
-    factors: Float = 1.0 / np.array(scales, dtype=np.float64)
-    factors.setflags(write=False)
-    return tuple(zip(features, places, forms, strict=True)), factors, bounds(features)
+    factor: Float = 1.0 / np.array(scales, dtype=np.float64)
+    bound = bounds(features)
+    source: list[int] = []
+    target: list[int] = []
+    others, end = [], 0
+    for one in features:
+        width = len(one.scale)
+        place, end = slice(end, end + width), end + width
+        if isinstance(one.value, Columns) and len(one.value.names) == width:
+            source += one.value.places
+            target += range(place.start, end)
+        else:
+            forms = _forms(worlds, team, width)
+            others.append((one, place, forms, factor[place], bound[place]))
+    built_in = plan(source, target, factor[target], bound[target])
+    return _Layout(end, built_in, tuple(others))
 
 
 def _forms(worlds: int, team: int, width: int) -> Forms:

@@ -4,17 +4,16 @@ Slots and relations are given in the vessel's frame, as complex numbers u + iw: 
 length, w along n, the side from which it is pushed in the nominal case.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from asv_env.geometry import direction, plane
-from asv_env.params import SMALLEST_CAGE, EnvParams, TaskParams
-from asv_env.types import Bool, Complex, Float
-
-CLOSURE_LOST = 2.0  #: distance of a boat from its slot at which closure is lost, slot tolerances
+from asv_env.compiled import compiled
+from asv_env.geometry import plane
+from asv_env.params import SMALLEST_CAGE, EnvParams
+from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
+from asv_env.types import Bool, Complex, Float, given, zeros
 
 
 def slots(params: EnvParams, team: int) -> Complex:
@@ -82,62 +81,47 @@ class Relations:
 
 def relate(motion: Float, goal: Float, slot: Complex, side: Float) -> Relations:
     """Returns the relations of a motion (W, B, 6), goals (W, 3), slots (W, A) and sides (W,)."""
-    position, velocity = plane(motion), plane(motion, 3)
-    heading, yaw_rate = direction(motion[..., 2]), motion[..., 5]
-    to_vessel = heading[:, :1].conj()
-    offset = position[:, 1:] - position[:, :1]
-    boat = offset * to_vessel
-    slot_gap = slot - boat
-    goal_offset = (plane(goal) - position[:, 0]) * to_vessel[:, 0]
-    goal_turn = direction(goal[:, 2]) * to_vessel[:, 0]
-    return Relations(
-        position=position,
-        velocity=velocity,
-        heading=heading,
-        yaw_rate=yaw_rate,
-        boat=boat,
-        slot_gap=slot_gap,
-        slot_error=np.abs(slot_gap),
-        alignment=heading[:, 1:] * (to_vessel / slot_direction(side)[:, None]),
-        slip=velocity[:, 1:] - velocity[:, :1] - (1j * yaw_rate[:, :1]) * offset,
-        goal=goal_offset,
-        goal_turn=goal_turn,
-        goal_error=np.abs(goal_offset),
-        heading_error=-np.arctan2(goal_turn.imag, goal_turn.real),
-    )
+    worlds, bodies = motion.shape[:2]
+    of_body, of_boat, of_world = (worlds, bodies), (worlds, bodies - 1), (worlds,)
+    relations = zeros(Relations, *[of_body] * 4, *[of_boat] * 5, *[of_world] * 4)
+    found = given(motion), given(goal), given(slot, np.complex128), given(side)
+    _fill(*found, *vars(relations).values())
+    return relations
 
 
-def occupied(relations: Relations, task: TaskParams) -> Bool:
-    """Returns (W, A) whether each boat occupies its slot: near it, aligned and at rest."""
-    return (relations.slot_error < task.slot_distance) & at_rest(relations, task)
-
-
-def at_rest(relations: Relations, task: TaskParams) -> Bool:
-    """Returns (W, A) whether each boat is aligned with the slots and at rest on the hull."""
-    aligned = relations.alignment.real > math.cos(task.slot_angle)
-    return aligned & (np.abs(relations.slip) < task.slot_speed)
-
-
-def everyone(mask: Bool, working: Bool) -> Bool:
-    """Returns (W,) whether a mask (W, A) holds for all boats that work."""
-    return np.logical_and.reduce(mask | ~working, axis=1)
-
-
-def closure(
-    relations: Relations, formed: Bool, closed: Bool, working: Bool, task: TaskParams
-) -> Bool:
-    """Returns (W,) whether the vessel is in conditional closure.
-
-    Closure is formed when all slots are occupied (``formed``), and lost when one of the working
-    boats (W, A) is far from its slot; ``closed`` tells whether the vessel was in closure until now.
-    """
-    near = relations.slot_error <= CLOSURE_LOST * task.slot_distance
-    return formed | (closed & everyone(near, working))
-
-
-def misassigned(relations: Relations, closed: Bool, working: Bool, task: TaskParams) -> Bool:
-    """Returns (W,) whether all boats rest on the hull and the vessel is not in closure.
-
-    The vessel is then grasped by boats in each other's slots, which are to be assigned again.
-    """
-    return everyone(at_rest(relations, task), working) & ~closed
+@compiled
+def _fill(
+    motion: Float,
+    goals: Float,
+    slot: Complex,
+    side: Float,
+    position: Complex,
+    velocity: Complex,
+    heading: Complex,
+    yaw_rate: Float,
+    boat: Complex,
+    slot_gap: Complex,
+    slot_error: Float,
+    alignment: Complex,
+    slip: Complex,
+    goal: Complex,
+    goal_turn: Complex,
+    goal_error: Float,
+    heading_error: Float,
+) -> None:
+    """Fills the fields of ``Relations``."""
+    for w in range(len(motion)):
+        now = motion[w]
+        to_vessel = direction_of(now[0, 2]).conjugate()
+        for b in range(now.shape[0]):
+            position[w, b] = complex(now[b, 0], now[b, 1])
+            velocity[w, b] = complex(now[b, 3], now[b, 4])
+            heading[w, b] = direction_of(now[b, 2])
+            yaw_rate[w, b] = now[b, 5]
+        for a in range(now.shape[0] - 1):
+            found = around(now, a + 1, to_vessel, slot[w, a], side[w])
+            boat[w, a], slot_gap[w, a], alignment[w, a], slip[w, a] = found
+            slot_error[w, a] = abs(found[1])
+        goal[w], goal_turn[w] = aim(now, goals[w], to_vessel)
+        goal_error[w] = abs(goal[w])
+        heading_error[w] = heading_error_of(goal_turn[w])

@@ -1,28 +1,38 @@
 """The reward: named, bounded, weighted terms of the true motion.
 
 Terms of progress are differences of potentials, so that they cannot be farmed: what is gained on
-the way there is lost on the way back (Ng, Harada and Russell, 1999). All terms but effort and
-collision are shared by the team. The sizes of the Gaussians grow with the vessel.
+the way there is lost on the way back (Ng, Harada and Russell, 1999). All built-in terms but effort
+and collision are shared by the team. The sizes of the Gaussians grow with the vessel.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from asv_env.checks import REAL, FunctionError, choice, finite, values
-from asv_env.geometry import wrap
-from asv_env.params import NOMINAL_LENGTH, EnvParams, RewardParams
-from asv_env.tasks.formation import Relations
+from asv_env.params import EnvParams, RewardParams
+from asv_env.tasks.formation import Relations, relate
+from asv_env.tasks.judge import team
+from asv_env.tasks.payment import (
+    COLUMNS,
+    LARGEST_STEP,
+    OWN,
+    POTENTIALS,
+    SHARED,
+    Happened,
+    Payments,
+    evaluate,
+    pay,
+    prices,
+)
 from asv_env.text import shown
-from asv_env.types import Ending, Float, State
+from asv_env.threads import spread
+from asv_env.types import Ending, Float, State, frozen, given
 
-HEADING_WEIGHT = 0.25  #: cost of a turn of the vessel by 1 rad, m at the nominal size
-SIDEWAYS = 4.0  #: cost of a metre that the vessel moves without turning first, m
-GAUSSIAN = (0.08, 0.2)  #: width of the Gaussian of precision, m at the nominal size and rad
-NARROW_GAUSSIAN = (0.02, 0.05)  #: width of the Gaussian of a delivery's accuracy, likewise
 KIND = "reward term"  #: word for a term in messages
-LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
 
 
 @dataclass(frozen=True)
@@ -30,18 +40,22 @@ class Transition:
     """One control tick of all worlds, from which the reward terms are computed.
 
     Attributes:
-        relations: true relations of vessel, boats, slots and goal after the tick.
         previous: true state before the tick.
         state: true state after the tick.
         ending: whether and why episodes end with the tick.
         params: parameters of the environment.
     """
 
-    relations: Relations
     previous: State
     state: State
     ending: Ending
     params: EnvParams
+
+    @cached_property
+    def relations(self) -> Relations:
+        """True relations of vessel, boats, slots and goal after the tick, read-only."""
+        state = self.state
+        return frozen(relate(state.motion, state.goal, state.slot, state.side))
 
     @property
     def second(self) -> float:
@@ -51,6 +65,47 @@ class Transition:
 
 Potential = Callable[[Relations, State, EnvParams], Float]
 """Potential (W,), dimensionless, of a true state."""
+
+
+Afterwards = Callable[[int, int, Float, Float], None]
+"""What follows for the worlds from one to before another one, with errors and rewards."""
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What true states are worth, and how far the vessels are from their goals."""
+
+    potential: Float  #: (W, P) built-in potentials
+    error: Float  #: (W, 2) errors of position, m, and heading, rad
+    others: Float  #: (W, n) potentials of other terms
+
+
+@dataclass(frozen=True)
+class BuiltInPotential:
+    """A built-in potential, see ``payment.evaluate``."""
+
+    column: str  #: among ``POTENTIALS``
+
+    def __call__(self, relations: Relations, state: State, params: EnvParams) -> Float:
+        """Returns the potential (W,) of a true state."""
+        found: Float = evaluated(state, params)[0][:, POTENTIALS.index(self.column)]
+        return found
+
+
+@dataclass(frozen=True)
+class BuiltIn:
+    """A built-in term that is no rise of a potential, see ``payment.pay``."""
+
+    column: str  #: among ``COLUMNS``
+
+    def __call__(self, now: Transition) -> Float:
+        """Returns the term, (W,) or for each boat (W, A)."""
+        place, paid = COLUMNS.index(self.column), payments(*now.state.slot.shape)
+        potential, error = evaluated(now.state, now.params)
+        changes = potential, potential, error
+        weight = given(np.ones(len(COLUMNS)))
+        pay(0, len(error), *changes, happened(now), prices(now.params), weight, paid)
+        return paid.shared[:, place] if place < SHARED else paid.own[..., place - SHARED]
 
 
 @dataclass(frozen=True)
@@ -89,86 +144,27 @@ class Term:
             return float(getattr(params.reward, self.weight))
         return self.weight
 
-
-def closeness_to_slots(relations: Relations, state: State, params: EnvParams) -> Float:
-    """Minus the mean distance of the working boats to their slots, vessel lengths."""
-    total = np.add.reduce(relations.slot_error * state.working, axis=1)
-    return total / (-params.vessel.length * np.add.reduce(state.working, axis=1))
-
-
-def closeness_to_goal(relations: Relations, state: State, params: EnvParams) -> Float:
-    """Minus the cost-to-go, vessel lengths."""
-    size = params.vessel.length / NOMINAL_LENGTH
-    return cost_to_go(relations, state.side, size) / -params.vessel.length
+    @property
+    def column(self) -> int | None:
+        """Number of the built-in column that the term is, with its weight; None of any other."""
+        law = self.value or self.potential
+        if not isinstance(law, BuiltIn | BuiltInPotential):
+            return None
+        place = COLUMNS.index(law.column)
+        return place if self.shared == (place < SHARED) else None
 
 
-def precision(relations: Relations, state: State, params: EnvParams) -> Float:
-    """Gaussian round the goal pose, ``GAUSSIAN`` wide; 1 at the goal."""
-    return _gaussian(relations, params, *GAUSSIAN)
-
-
-def cost_to_go(relations: Relations, side: Float, size: float) -> Float:
-    """Length (W,) of the vessel's path to its goal, m, where a turn counts as a distance too.
-
-    Either the vessel turns until the goal lies where the team pushes (from ``side`` (W,), +1 or
-    -1), goes there, and turns to the goal's heading; or, near the goal, it moves there without
-    turning first, which costs several times the distance, and turns. The cheaper one counts: a
-    plain distance would take the first turn for a step back. ``size`` is that over the nominal
-    vessel's.
-    """
-    distance, turn = relations.goal_error, -relations.heading_error
-    ahead = relations.goal * (1j * side)
-    bearing = np.arctan2(ahead.imag, ahead.real)
-    turns = np.abs(bearing) + np.abs(wrap(turn - bearing))
-    straight = SIDEWAYS * distance + size * HEADING_WEIGHT * np.abs(turn)
-    return np.minimum(distance + size * HEADING_WEIGHT * turns, straight)
-
-
-def success(now: Transition) -> Float:
-    """Reward (W,) of the tick at which the task is done."""
-    return now.params.reward.success * now.ending.reached
-
-
-def accurate_success(now: Transition) -> Float:
-    """Reward (W,) of a delivery, a fraction of which is a Gaussian, ``NARROW_GAUSSIAN`` wide."""
-    reward = success(now)
-    if now.ending.reached.any():
-        missed = 1.0 - _gaussian(now.relations, now.params, *NARROW_GAUSSIAN)
-        reward *= 1.0 - now.params.reward.accuracy * missed
-    return reward
-
-
-def strayed(now: Transition) -> Float:
-    """Penalty (W,) for leaving the arena, with that of the time that was left."""
-    weight, ticks_left = now.params.reward, now.params.time_limit_ticks - now.state.tick
-    return now.ending.strayed * (-weight.strayed - weight.time * now.second * ticks_left)
-
-
-def time(now: Transition) -> Float:
-    """Penalty (W,) of a tick."""
-    return np.full(len(now.state.tick), -now.params.reward.time * now.second)
-
-
-def effort(now: Transition) -> Float:
-    """Penalty (W, A) of the boat's mean squared thrust over full thrust."""
-    params, squares = now.params, np.add.reduce(np.square(now.state.thrust), axis=-1)
-    return squares * (-0.5 * params.reward.effort * now.second / params.boat.thrust**2)
-
-
-def collision(now: Transition) -> Float:
-    """Penalty (W, A) of contact with another boat or a wall."""
-    return -now.params.reward.collision * now.second * now.state.touching[..., 1]
-
-
+success = BuiltIn("success")
+accurate_success = BuiltIn("accurate_success")
 TERMS = (
-    Term("closure", potential=closeness_to_slots, weight="closure"),
-    Term("delivery", potential=closeness_to_goal, weight="delivery"),
-    Term("precision", potential=precision, weight="precision"),
+    Term("closure", potential=BuiltInPotential("closure"), weight="closure"),
+    Term("delivery", potential=BuiltInPotential("delivery"), weight="delivery"),
+    Term("precision", potential=BuiltInPotential("precision"), weight="precision"),
     Term("success", accurate_success),
-    Term("strayed", strayed),
-    Term("time", time),
-    Term("effort", effort, shared=False),
-    Term("collision", collision, shared=False),
+    Term("strayed", BuiltIn("strayed")),
+    Term("time", BuiltIn("time")),
+    Term("effort", BuiltIn("effort"), shared=False),
+    Term("collision", BuiltIn("collision"), shared=False),
 )  #: all terms, as Transport has them
 
 
@@ -177,58 +173,153 @@ def without(*names: str) -> tuple[Term, ...]:
     return tuple(replace(term, weight=0.0) if term.name in names else term for term in TERMS)
 
 
-def potentials(
-    terms: Sequence[Term], relations: Relations, state: State, params: EnvParams
-) -> Float:
-    """Returns the potentials (W, P) of those terms that are the rise of one."""
-    rising = [(term.name, term.potential) for term in terms if term.potential is not None]
-    found, forms = np.empty((len(state.tick), len(rising))), {state.tick.shape: REAL}
-    for column, (name, potential) in enumerate(rising):
-        found[:, column] = values(forms, KIND, name, potential, relations, state, params)
-    return found
+def evaluated(state: State, params: EnvParams) -> tuple[Float, Float]:
+    """Returns the built-in potentials (W, P) and the errors (W, 2) of a true state."""
+    worlds = len(state.tick)
+    potential, error = np.empty((worlds, len(POTENTIALS))), np.empty((worlds, 2))
+    evaluate(0, worlds, team(state, state.motion), prices(params), potential, error)
+    return potential, error
 
 
-def weighted(
-    terms: Sequence[Term], before: Float, after: Float, now: Transition
-) -> dict[str, Float]:
-    """Returns the weighted terms of one control tick by name, (W, 1) shared or (W, A) per boat.
-
-    The potentials ``before`` and ``after`` the tick are (W, P); see ``potentials``.
-    """
-    rises = iter(np.minimum(np.maximum(after - before, -LARGEST_STEP), LARGEST_STEP).T)
-    team, each = {now.state.tick.shape: REAL}, {now.state.slot.shape: REAL}
-    found: dict[str, Float] = {}
-    for term in terms:
-        if term.value is None:
-            value: Float = next(rises)
-        else:
-            value = values(team if term.shared else each, KIND, term.name, term.value, now)
-        if term.weight != 1.0:
-            value = term.factor(now.params) * value
-        found[term.name] = value[:, None] if term.shared else value
-    return found
+def happened(now: Transition) -> Happened:
+    """Returns what is paid for in a tick."""
+    state, ending = now.state, now.ending
+    flags = given(ending.reached, np.bool_), given(ending.strayed, np.bool_)
+    touching = given(state.touching, np.bool_)
+    return Happened(*flags, given(state.tick, np.int64), given(state.thrust), touching)
 
 
-def total(terms: Sequence[Term], found: dict[str, Float], num_boats: int) -> Float:
-    """Returns the reward (W, A) of each boat: the sum of the terms.
+def payments(worlds: int, boats: int) -> Payments:
+    """Returns memory for the terms of so many worlds and boats."""
+    shape = (worlds, boats)
+    return Payments(np.empty((worlds, SHARED)), np.empty((*shape, OWN)), np.empty(shape))
+
+
+def checked_total(terms: dict[str, Float], reward: Float) -> Float:
+    """Returns rewards (W, A), which are the sum of terms.
 
     Raises:
         FunctionError: a term is not finite.
     """
-    own = [found[term.name] for term in terms if not term.shared]
-    first, *others = own + [found[term.name] for term in terms if term.shared]
-    reward = np.empty((len(first), num_boats))
-    reward[...] = first
-    for value in others:
-        reward += value
     if not np.isfinite(reward).all():
-        name = next((n for n, value in found.items() if not np.isfinite(value).all()), "sum")
+        name = next((n for n, value in terms.items() if not np.isfinite(value).all()), "sum")
         raise FunctionError(f"{KIND} {name!r} is not finite")
     return reward
 
 
-def _gaussian(relations: Relations, params: EnvParams, width: float, angle: float) -> Float:
-    """Gaussian (W,) of the distance and the heading error to the goal; 1 at the goal."""
-    size = params.vessel.length / NOMINAL_LENGTH
-    squares = np.square(relations.goal_error / (width * size))
-    return np.exp(-(squares + np.square(np.abs(relations.heading_error) / angle)))
+class Rewards:
+    """Rewards of W worlds by the terms of a task, with the potentials after the last tick.
+
+    Built-in terms are computed by compiled loops, each once; all others by their functions.
+    """
+
+    def __init__(self, terms: Sequence[Term], params: EnvParams) -> None:
+        self._params, self._prices = params, prices(params)
+        weight, taken = np.zeros(len(COLUMNS)), set()
+        self._columns: list[tuple[str, int]] = []
+        self._others: list[Term] = []
+        for term in terms:
+            place = term.column
+            if place is None or place in taken:
+                self._others.append(term)
+            else:
+                self._columns.append((term.name, place))
+                weight[place] = term.factor(params)
+                taken.add(place)
+        self._names = [term.name for term in terms]
+        self._weight = given(weight)
+        self._rising = [term for term in self._others if term.potential is not None]
+        self.only_built_in = not self._others  #: whether no term has a function of a user's
+
+    def evaluate(self, state: State) -> Worth:
+        """Returns what a true state is worth."""
+        potential, error = evaluated(state, self._params)
+        return Worth(potential, error, self._own_potentials(state))
+
+    def pay(
+        self, now: Transition, before: Worth, num_threads: int, afterwards: Afterwards
+    ) -> tuple[Worth, dict[str, Float], Float]:
+        """Pays for a tick, before which the state was worth so much.
+
+        Args:
+            now: the tick.
+            before: what the state before it was worth.
+            num_threads: number of threads over which the worlds are spread.
+            afterwards: is called with a range of worlds, their errors (W, 2) and rewards (W, A).
+
+        Returns:
+            What the state after it is worth; the weighted terms by name, (W, 1) shared or (W, A)
+            for each boat; and the rewards (W, A).
+
+        Raises:
+            FunctionError: a function of a term fails, or a term is not finite.
+        """
+        worlds, boats = now.state.slot.shape
+        potential: Float = np.empty((worlds, len(POTENTIALS)))
+        error: Float = np.empty((worlds, 2))
+        teams, paid, what = (
+            team(now.state, now.state.motion),
+            payments(worlds, boats),
+            happened(now),
+        )
+
+        def run(first: int, last: int, thread: int) -> None:
+            evaluate(first, last, teams, self._prices, potential, error)
+            changes = before.potential, potential, error
+            pay(first, last, *changes, what, self._prices, self._weight, paid)
+            if self.only_built_in:
+                afterwards(first, last, error, paid.reward)
+
+        spread(run, worlds, num_threads)
+        terms, reward = self._terms(paid), paid.reward
+        others: Float = np.zeros((worlds, 0))
+        if not self.only_built_in:
+            others = self._own_potentials(now.state)
+            rises = np.clip(others - before.others, -LARGEST_STEP, LARGEST_STEP)
+            reward += self._add_others(now, iter(rises.T), terms)
+        checked_total(terms, reward)
+        if not self.only_built_in:
+            spread(lambda first, last, _: afterwards(first, last, error, reward), worlds, 1)
+        return Worth(potential, error, others), terms, reward
+
+    def _terms(self, paid: Payments) -> dict[str, Float]:
+        """Returns the built-in terms by name, in their places among all terms."""
+        terms: dict[str, Float] = dict.fromkeys(self._names, _NOTHING)
+        for name, place in self._columns:
+            if place < SHARED:
+                terms[name] = paid.shared[:, place : place + 1]
+            else:
+                terms[name] = paid.own[..., place - SHARED]
+        return terms
+
+    def _own_potentials(self, state: State) -> Float:
+        """Returns the potentials (W, n) that functions of users compute."""
+        found, forms = np.empty((len(state.tick), len(self._rising))), {state.tick.shape: REAL}
+        if self._rising:
+            relations = frozen(relate(state.motion, state.goal, state.slot, state.side))
+            for column, term in enumerate(self._rising):
+                potential: Any = term.potential
+                known = relations, state, self._params
+                found[:, column] = values(forms, KIND, term.name, potential, *known)
+        return found
+
+    def _add_others(
+        self, now: Transition, rises: Iterator[Float], terms: dict[str, Float]
+    ) -> Float:
+        """Adds the terms that functions of users compute; returns their sum (W, A)."""
+        total = np.zeros(now.state.slot.shape)
+        of_team, each = {now.state.tick.shape: REAL}, {now.state.slot.shape: REAL}
+        for term in self._others:
+            if term.value is None:
+                value: Float = next(rises)
+            else:
+                forms = of_team if term.shared else each
+                value = values(forms, KIND, term.name, term.value, now)
+            if term.weight != 1.0:
+                value = term.factor(self._params) * value
+            terms[term.name] = value[:, None] if term.shared else value
+            total += terms[term.name]
+        return total
+
+
+_NOTHING = np.zeros((0, 1))  # A place that a user's term will take.

@@ -10,10 +10,12 @@ from typing import TypeVar
 import numpy as np
 
 from asv_env.geometry import wrap
-from asv_env.params import EnvParams, TaskParams
+from asv_env.params import EnvParams
 from asv_env.tasks import formation
-from asv_env.tasks.formation import Relations, relate
-from asv_env.types import Bool, Float, Situation, copied, frozen, put_rows
+from asv_env.tasks.judge import Standings, stand_all, standings, team
+from asv_env.tasks.laws import rules
+from asv_env.threads import spread
+from asv_env.types import Bool, Float, Situation, copied, frozen, rows
 
 Record = TypeVar("Record", bound=Situation)
 
@@ -28,79 +30,64 @@ class Events:
     goal: Float  #: (W, 3) such goals in the frame of the vessel; m, m, rad
 
 
-def advanced(
-    before: Situation, motion: Float, task: TaskParams
-) -> tuple[Relations, Bool, dict[str, Bool]]:
-    """Advances a standing by a tick, after which the motion is (W, B, 6).
+def advanced(before: Situation, motion: Float, params: EnvParams, num_threads: int) -> Standings:
+    """Advances a standing by a tick, after which the motion is (W, B, 6)."""
+    teams, numbers = team(before, motion), rules(params)
+    found = standings(teams)
 
-    Returns:
-        Relations of the motion, (W,) whether every working boat occupies its slot, and the fields
-        ``occupied`` and ``closed``.
-    """
-    relations = frozen(relate(motion, before.goal, before.slot, before.side))
-    occupied = formation.occupied(relations, task)
-    formed = formation.everyone(occupied, before.working)
-    closed = formation.closure(relations, formed, before.closed, before.working, task)
-    return relations, formed, {"occupied": occupied, "closed": closed}
+    def run(first: int, last: int, thread: int) -> None:
+        stand_all(first, last, teams, numbers, found)
+
+    spread(run, len(motion), num_threads)
+    return found
 
 
 def changed(
-    record: Record, relations: Relations, motion: Float, events: Events | None, params: EnvParams
-) -> tuple[Record, Relations, np.ndarray]:
-    """Returns the record and its relations after changes of roles, and the worlds (n,) concerned.
+    record: Record, motion: Float, misassigned: Bool, events: Events | None, params: EnvParams
+) -> tuple[Record, np.ndarray]:
+    """Returns the record after changes of roles, and the worlds (n,) concerned.
 
-    Slots are also assigned again where all boats rest on the hull and are not in closure. The
-    motion is (W, B, 6).
+    Slots are also assigned again where all boats rest on the hull and are not in closure, in the
+    worlds ``misassigned`` (W,). The motion is (W, B, 6).
     """
-    assigns = formation.misassigned(relations, record.closed, record.working, params.task)
-    concerned = assigns
+    assigns = concerned = misassigned
     if events is not None:
         assigns = assigns | events.assigns
         concerned = assigns | events.anchors
     index = np.flatnonzero(concerned)
     if not len(index):
-        return record, relations, index
+        return record, index
     record = copied(record)
     if events is not None:
         record.working[...] = events.working
         np.logical_or(record.anchored, events.anchors, out=record.anchored)
         for world in np.flatnonzero(events.anchors):
             record.goal[world] = anchored(events.goal[world], motion[world, 0])
-    relations = _related(record, relations, motion, index, np.flatnonzero(assigns), params)
-    return frozen(record), relations, index
+    _assign(record, motion, index, np.flatnonzero(assigns), params)
+    return frozen(record), index
 
 
-def begun(
-    record: Situation, relations: Relations, motion: Float, index: np.ndarray, params: EnvParams
-) -> Relations:
-    """Begins episodes in the worlds ``index`` (n,) of a record, in place; returns its relations.
+def begun(record: Situation, motion: Float, index: np.ndarray, params: EnvParams) -> None:
+    """Begins episodes in the worlds ``index`` (n,) of a record, in place.
 
     Closure and slots, with what follows from them, are those of the motion (W, B, 6).
     """
     record.closed[index] = params.definition.starts_grasped
-    return _related(record, relations, motion, index, index, params)
+    _assign(record, motion, index, index, params)
 
 
-def _related(
-    record: Situation,
-    relations: Relations,
-    motion: Float,
-    index: np.ndarray,
-    assigns: np.ndarray,
-    params: EnvParams,
-) -> Relations:
-    """Assigns slots in some worlds (m,) of a record, in place; returns relations.
+def _assign(
+    record: Situation, motion: Float, index: np.ndarray, assigns: np.ndarray, params: EnvParams
+) -> None:
+    """Assigns slots in some worlds (m,) of a record, in place.
 
-    What depends on slots and goals is derived again in the worlds ``index`` (n,).
+    Who occupies them is decided again in the worlds ``index`` (n,).
     """
     for world in map(int, assigns):
         boats = motion[world], record.working[world], record.side[world]
         record.slot[world] = formation.assign_slots(params, *boats)
-    relations = copied(relations)
-    renewed = relate(motion[index], record.goal[index], record.slot[index], record.side[index])
-    put_rows(relations, index, renewed)
-    record.occupied[index] = formation.occupied(renewed, params.task)
-    return frozen(relations)
+    now = advanced(rows(record, index), motion[index], params, 1)
+    record.occupied[index] = now.occupied
 
 
 def anchored(relative: Float, vessel: Float) -> Float:

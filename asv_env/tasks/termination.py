@@ -13,28 +13,30 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from asv_env.checks import TRUTH, values
-from asv_env.params import EnvParams, TaskParams
-from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Complex, Ending, State
+from asv_env.params import EnvParams
+from asv_env.tasks.formation import Relations, relate
+from asv_env.types import Bool, Complex, Ending, State, frozen
 
 
-def ending(relations: Relations, state: State, water: Complex, params: EnvParams) -> Ending:
+def ending(state: State, strayed: Bool, water: Complex, params: EnvParams) -> Ending:
     """Returns how the worlds stand at the end of a control tick.
 
-    Relations and state are true, the state's counters already advanced; ``water`` is the
-    velocity (W,) of the water at the vessel, m/s.
+    The state is true and its counters are already advanced; ``strayed`` (W,) tells where a body
+    has left the arena, and ``water`` is the velocity (W,) of the water at the vessel, m/s.
     """
     task, forms = params.definition, {state.tick.shape: TRUTH}
-    given = relations, state, water, params
-    reached = values(forms, "success of task", task.name, task.success, *given)
-    strayed = np.maximum.reduce(np.abs(state.motion[..., :2]), axis=(1, 2)) > params.task.arena
+    relations = None
+    if task.success not in (slots_occupied, vessel_delivered):
+        relations = frozen(relate(state.motion, state.goal, state.slot, state.side))
+    known = relations, state, water, params
+    reached = values(forms, "success of task", task.name, task.success, *known)
     return Ending(reached & ~strayed, strayed, state.tick >= params.time_limit_ticks)
 
 
-def slots_occupied(relations: Relations, state: State, water: Complex, params: EnvParams) -> Bool:
+def slots_occupied(
+    relations: Relations | None, state: State, water: Complex, params: EnvParams
+) -> Bool:
     """Returns (W,) whether all slots have been occupied for ``hold_time``."""
     return state.occupied_ticks >= hold_ticks(params)
 
@@ -44,7 +46,9 @@ def hold_ticks(params: EnvParams) -> int:
     return max(1, round(params.task.hold_time * params.clock.control))
 
 
-def vessel_delivered(relations: Relations, state: State, water: Complex, params: EnvParams) -> Bool:
+def vessel_delivered(
+    relations: Relations | None, state: State, water: Complex, params: EnvParams
+) -> Bool:
     """Returns (W,) whether the vessel is delivered to a goal that is final."""
     return state.delivered_ticks >= delivery_ticks(params)
 
@@ -54,46 +58,6 @@ def delivery_ticks(params: EnvParams) -> int:
     if params.task.delivery == "passing":
         return 1
     return max(1, round(params.task.delivery_time * params.clock.control))
-
-
-def at_goal(relations: Relations, water: Complex, task: TaskParams) -> Bool:
-    """Returns (W,) whether a tick counts for the delivery of the vessel.
-
-    The vessel is within the tolerances of position and heading, and slow by the task's criterion;
-    ``water`` is the velocity (W,) of the water at the vessel, m/s.
-    """
-    near = relations.goal_error <= task.position_tolerance
-    if not near.any():
-        return near
-    slow = holds if task.delivery == "holding" else passes
-    turned = np.abs(relations.heading_error) <= task.heading_tolerance
-    return near & turned & slow(relations, water, task)
-
-
-def holds(relations: Relations, water: Complex, task: TaskParams) -> Bool:
-    """Returns (W,) whether the vessel hardly moves over ground.
-
-    Water that flows past a hull that is held shakes it, so that speed and yaw rate may be larger
-    by the factor 1 + c w / v, where w is the water's speed, c the ``water_tolerance`` and v the
-    ``speed_tolerance``. The speed v + c w stays below w from w = v / (1 - c) on, 2.7 mm/s by
-    default: in faster water a vessel that is carried along does not hold its pose.
-    """
-    factor = 1.0 + task.water_tolerance / task.speed_tolerance * np.abs(water)
-    slow = np.abs(relations.velocity[:, 0]) < task.speed_tolerance * factor
-    return slow & (np.abs(relations.yaw_rate[:, 0]) < task.yaw_rate_tolerance * factor)
-
-
-def passes(relations: Relations, water: Complex, task: TaskParams) -> Bool:
-    """Returns (W,) whether the vessel is slow through the local water and comes no nearer.
-
-    It hardly turns, and its distance to the goal falls by less than ``nearing_tolerance``.
-    """
-    velocity = relations.velocity[:, 0]
-    to_goal = relations.goal * relations.heading[:, 0]
-    nearing = (velocity * to_goal.conj()).real
-    slow = np.abs(velocity - water) < task.passing_speed
-    slow &= np.abs(relations.yaw_rate[:, 0]) < task.passing_yaw_rate
-    return slow & (nearing <= task.nearing_tolerance * relations.goal_error)
 
 
 def why_not_grasped(summary: Mapping[str, Any], params: EnvParams) -> str:

@@ -10,7 +10,7 @@ from asv_env.checks import check_numbers, check_whole, choice
 from asv_env.params import ACTION_MODES, EnvParams
 from asv_env.sensing import observation
 from asv_env.sensing.observation import DEFAULT, VERSION, Feature
-from asv_env.tasks import TASKS, formation
+from asv_env.tasks import TASKS
 from asv_env.tasks.task import Task
 from asv_env.types import Action, Bool, Float, Int, Observation, Sensed
 from baselines.mirror import PushSide, view
@@ -127,8 +127,7 @@ class NetworkPolicy:
 
 def observe(sensed: Sensed, features: tuple[Feature, ...], params: EnvParams) -> Observation:
     """Returns observations (W, A, K) by some features, of a mirror image for instance."""
-    relations = formation.relate(sensed.estimate, sensed.goal, sensed.slot, sensed.side)
-    return observation.observe(features, sensed, relations, params)
+    return observation.observe(features, sensed, params)
 
 
 def _features(metadata: Metadata, params: EnvParams) -> tuple[Feature, ...]:

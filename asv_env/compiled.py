@@ -1,7 +1,7 @@
 """Compilation of the laws: scalar functions that Numba turns into machine code, cached on disk.
 
-A law is written once, in scalars, as its equation stands in the books. The kernel calls it from
-compiled loops, tests call it from Python.
+A law is written once, in scalars, as its equation stands in the books. Compiled loops over worlds
+call it, and tests call it from Python.
 """
 
 import hashlib
@@ -12,6 +12,11 @@ from typing import Any, TypeVar, cast
 
 import numba
 
+LAWS = (
+    "compiled.py",
+    "geometry.py",
+    *(f"{room}/*.py" for room in ("params", "physics", "sensing", "tasks")),
+)  #: files with laws and constants
 Law = TypeVar("Law", bound=Callable[..., Any])
 
 
@@ -19,9 +24,9 @@ def compiled(law: Law) -> Law:
     """Compiles a function at its first call; it runs without the interpreter's lock.
 
     The machine code is kept beside the source, or in the user's cache where that folder cannot be
-    written to. Where neither can, each process compiles again. Numba takes code from its cache as
-    long as the function's own file is the same; here any change of the package counts, because
-    laws call each other across files.
+    written to. Where neither can, each process compiles for itself. Numba takes code from its cache
+    as long as the function's own file is the same; here any change of a file with laws, or with
+    their constants, counts, because laws call each other across files.
     """
     try:
         dispatcher = numba.njit(nogil=True, cache=True, error_model="numpy")(law)
@@ -35,5 +40,6 @@ def compiled(law: Law) -> Law:
 @cache
 def _stamp() -> str:
     """Returns a hash of the sources of all laws, and of what they are compiled with."""
-    sources = sorted(Path(__file__).parent.glob("*.py"))
+    here = Path(__file__).parent
+    sources = [path for name in LAWS for path in sorted(here.glob(name))]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()

@@ -1,0 +1,225 @@
+"""Columns of the built-in features, in SI units, of what a boat knows: one compiled loop.
+
+``NAMES`` tells what the columns are. A feature takes some of them, see ``Columns``.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from asv_env.compiled import compiled
+from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
+from asv_env.types import Bool, Complex, Float, Int, Observation, Sensed, given
+
+NEIGHBOURS = 4  #: number of boats that a boat observes
+OF_NEIGHBOUR = ("x", "y", "vx", "vy", "present")  #: columns of each of them
+NAMES = (
+    # Vectors in the boat's frame, or relative to the slot.
+    *("own_velocity_x", "own_velocity_y", "slot_x", "slot_y"),
+    *("slot_alignment_x", "slot_alignment_y"),
+    # Vectors in the vessel's frame.
+    *("own_position_x", "own_position_y", "slot_position_x", "slot_position_y"),
+    *("vessel_velocity_x", "vessel_velocity_y", "goal_x", "goal_y"),
+    *("goal_direction_x", "goal_direction_y"),
+    # Scalars.
+    *("own_yaw_rate", "vessel_yaw_rate", "touches_vessel", "touches_other", "thrusters_work"),
+    *("slots_occupied", "closure", "turn_to_goal", "inverse_team_size", "inverse_vessel_length"),
+    # The nearest boats, near to far, in the boat's frame; zeros where there are no more.
+    *(f"neighbour_{k + 1}_{name}" for k in range(NEIGHBOURS) for name in OF_NEIGHBOUR),
+)  #: names of the columns
+WIDTH = len(NAMES)  #: number of columns
+OWN_VELOCITY, SLOT, SLOT_ALIGNMENT, OWN_POSITION = range(0, 8, 2)
+SLOT_POSITION, VESSEL_VELOCITY, GOAL, GOAL_DIRECTION = range(8, 16, 2)
+OWN_YAW_RATE, VESSEL_YAW_RATE, TOUCHES_VESSEL, TOUCHES_OTHER, THRUSTERS_WORK = range(16, 21)
+SLOTS_OCCUPIED, CLOSURE, TURN_TO_GOAL, INVERSE_TEAM_SIZE, INVERSE_LENGTH = range(21, 26)
+FIRST_NEIGHBOUR = 26
+"""Places of the columns; a vector has two."""
+
+
+class Known(NamedTuple):
+    """What the columns are computed from: fields of ``Sensed``, read-only."""
+
+    estimate: Float  #: (W, B, 6)
+    goal: Float  #: (W, 3)
+    slot: Complex  #: (W, A)
+    side: Float  #: (W,)
+    working: Bool  #: (W, A)
+    occupied: Bool  #: (W, A)
+    closed: Bool  #: (W,)
+    touching: Bool  #: (W, A, 2)
+
+
+def known(sensed: Sensed) -> Known:
+    """Returns what the columns are computed from."""
+    return Known(
+        given(sensed.estimate),
+        given(sensed.goal),
+        given(sensed.slot, np.complex128),
+        given(sensed.side),
+        given(sensed.working, np.bool_),
+        given(sensed.occupied, np.bool_),
+        given(sensed.closed, np.bool_),
+        given(sensed.touching, np.bool_),
+    )
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Value of a built-in feature: some columns of the table.
+
+    Called with a ``View`` it returns them, as other features' functions do.
+    """
+
+    names: tuple[str, ...]  #: among ``NAMES``
+
+    def __call__(self, view: Any) -> np.ndarray:
+        """Returns the columns: (W, A) of one, complex (W, A) of two, else (W, A, n)."""
+        found = view.columns.take(self.places, axis=-1)
+        if len(self.names) == 2:
+            return found.view(np.complex128)[..., 0]
+        return found[..., 0] if len(self.names) == 1 else found
+
+    @property
+    def places(self) -> list[int]:
+        """Numbers of the columns."""
+        return [NAMES.index(name) for name in self.names]
+
+
+class Plan(NamedTuple):
+    """Which columns of the table go where in an observation; read-only."""
+
+    source: Int  #: (n,) columns of the table
+    target: Int  #: (n,) columns of the observation
+    factor: Float  #: (n,) on each column
+    bound: Observation  #: (n,) to which it is clipped after that
+
+
+def plan(source: Sequence[int], target: Sequence[int], factor: ArrayLike, bound: ArrayLike) -> Plan:
+    """Returns a plan."""
+    columns = given(source, np.int64), given(target, np.int64)
+    return Plan(*columns, given(factor), given(bound, np.float32))
+
+
+@compiled
+def put(row: Float, place: int, vector: complex) -> None:
+    """Writes a vector into two columns."""
+    row[place], row[place + 1] = vector.real, vector.imag
+
+
+@compiled
+def put_shared(known: Known, world: int, inverse_length: float, row: Float) -> None:
+    """Writes the columns that all boats of a world share."""
+    motion = known.estimate[world]
+    to_vessel = direction_of(motion[0, 2]).conjugate()
+    goal, goal_turn = aim(motion, known.goal[world], to_vessel)
+    put(row, VESSEL_VELOCITY, complex(motion[0, 3], motion[0, 4]) * to_vessel)
+    put(row, GOAL, goal)
+    put(row, GOAL_DIRECTION, goal_turn)
+    row[VESSEL_YAW_RATE] = motion[0, 5]
+    working = occupied = 0
+    for a in range(known.working.shape[1]):
+        working += known.working[world, a]
+        occupied += known.working[world, a] and known.occupied[world, a]
+    row[SLOTS_OCCUPIED] = occupied / working
+    row[CLOSURE] = known.closed[world]
+    row[TURN_TO_GOAL] = -heading_error_of(goal_turn)
+    row[INVERSE_TEAM_SIZE] = 1.0 / working
+    row[INVERSE_LENGTH] = inverse_length
+
+
+@compiled
+def put_own(known: Known, world: int, boat: int, row: Float) -> None:
+    """Writes the columns that are a boat's own, but for its neighbours."""
+    motion = known.estimate[world]
+    body = boat + 1
+    vessel = direction_of(motion[0, 2])
+    to_boat = direction_of(motion[body, 2]).conjugate()
+    slot = known.slot[world, boat]
+    found = around(motion, body, vessel.conjugate(), slot, known.side[world])
+    position, gap, alignment, _ = found
+    put(row, OWN_VELOCITY, complex(motion[body, 3], motion[body, 4]) * to_boat)
+    put(row, SLOT, gap * (vessel * to_boat))
+    put(row, SLOT_ALIGNMENT, alignment)
+    put(row, OWN_POSITION, position)
+    put(row, SLOT_POSITION, slot)
+    row[OWN_YAW_RATE] = motion[body, 5]
+    row[TOUCHES_VESSEL] = known.touching[world, boat, 0]
+    row[TOUCHES_OTHER] = known.touching[world, boat, 1]
+    row[THRUSTERS_WORK] = known.working[world, boat]
+
+
+@compiled
+def put_neighbours(motion: Float, boat: int, near: Int, distance: Float, row: Float) -> None:
+    """Writes the columns of the nearest boats of a motion (B, 6); of equally near ones in order.
+
+    ``near`` and ``distance``, (``NEIGHBOURS``,), are memory for the search.
+    """
+    body, found = boat + 1, 0
+    for other in range(1, motion.shape[0]):
+        if other == body:
+            continue
+        gap = math.hypot(motion[other, 0] - motion[body, 0], motion[other, 1] - motion[body, 1])
+        place = found
+        while place > 0 and distance[place - 1] > gap:
+            place -= 1
+        if place == len(near):
+            continue
+        found = min(found + 1, len(near))
+        for k in range(found - 1, place, -1):
+            near[k], distance[k] = near[k - 1], distance[k - 1]
+        near[place], distance[place] = other, gap
+    row[FIRST_NEIGHBOUR:] = 0.0
+    to_boat = direction_of(motion[body, 2]).conjugate()
+    for k in range(found):
+        other, column = near[k], FIRST_NEIGHBOUR + k * len(OF_NEIGHBOUR)
+        x, y = motion[other, 0] - motion[body, 0], motion[other, 1] - motion[body, 1]
+        vx, vy = motion[other, 3] - motion[body, 3], motion[other, 4] - motion[body, 4]
+        put(row, column, complex(x, y) * to_boat)
+        put(row, column + 2, complex(vx, vy) * to_boat)
+        row[column + 4] = 1.0
+
+
+@compiled
+def fill(
+    first: int,
+    last: int,
+    known: Known,
+    inverse_length: float,
+    plan: Plan,
+    out: Observation,
+) -> None:
+    """Writes columns of the table into observations of the worlds ``first`` to ``last - 1``.
+
+    Args:
+        first: first world.
+        last: world after the last one.
+        known: what the boats know.
+        inverse_length: one over the vessel's length, 1/m.
+        plan: which columns go where.
+        out: (W, A, K), of any float type.
+    """
+    row = np.zeros(WIDTH)
+    near, distance = np.zeros(NEIGHBOURS, np.int64), np.zeros(NEIGHBOURS)
+    count = len(plan.source)
+    neighbours = count > 0 and plan.source.max() >= FIRST_NEIGHBOUR
+    for world in range(first, last):
+        put_shared(known, world, inverse_length, row)
+        for boat in range(known.slot.shape[1]):
+            put_own(known, world, boat, row)
+            if neighbours:
+                put_neighbours(known.estimate[world], boat, near, distance, row)
+            for k in range(count):
+                value, bound = row[plan.source[k]] * plan.factor[k], plan.bound[k]
+                out[world, boat, plan.target[k]] = min(max(value, -bound), bound)
+
+
+def table(sensed: Sensed, length: float) -> Float:
+    """Returns all columns (W, A, n) of what is sensed, for a vessel of this length, m."""
+    columns = np.zeros((*sensed.slot.shape, WIDTH))
+    everything = plan(range(WIDTH), range(WIDTH), np.ones(WIDTH), np.full(WIDTH, np.inf))
+    fill(0, len(columns), known(sensed), 1.0 / length, everything, columns)
+    return columns

@@ -1,0 +1,165 @@
+"""The loops that compute the built-in reward terms of all worlds."""
+
+from typing import NamedTuple
+
+from asv_env.compiled import compiled
+from asv_env.params import NOMINAL_LENGTH, EnvParams
+from asv_env.tasks.judge import Team, goal_errors
+from asv_env.tasks.laws import around, cost_to_go, direction_of, gaussian
+from asv_env.types import Bool, Float, Int
+
+LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
+GAUSSIAN = (0.08, 0.2)  #: width of the Gaussian of precision, m at the nominal size and rad
+NARROW_GAUSSIAN = (0.02, 0.05)  #: width of the Gaussian of a delivery's accuracy, likewise
+POTENTIALS = ("closure", "delivery", "precision")  #: columns of the built-in potentials
+COLUMNS = (*POTENTIALS, "success", "accurate_success", "strayed", "time", "effort", "collision")
+"""Columns of all built-in terms; the last two are each boat's own."""
+CLOSURE, DELIVERY, PRECISION, SUCCESS, ACCURATE_SUCCESS, STRAYED, TIME = range(7)
+SHARED, OWN = 7, 2  #: number of columns that the team shares, and of the others
+EFFORT, COLLISION = range(OWN)
+
+
+class Prices(NamedTuple):
+    """What things are worth, for a tick where they grow with time; see ``RewardParams``."""
+
+    length: float  #: of the vessel, m
+    size: float  #: the same over the nominal one
+    success: float
+    accuracy: float
+    strayed: float
+    time: float
+    effort: float  #: of 1 N^2
+    collision: float
+    time_limit: int  #: ticks
+
+
+class Happened(NamedTuple):
+    """What is paid for in a tick, besides potentials; read-only."""
+
+    reached: Bool  #: (W,) whether the task is done
+    strayed: Bool  #: (W,) whether a body has left the arena
+    tick: Int  #: (W,) control ticks since the episodes began
+    thrust: Float  #: (W, A, 2) of the motors, N
+    touching: Bool  #: (W, A, 2) whether boats touch the vessel, another boat or a wall
+
+
+class Payments(NamedTuple):
+    """Weighted terms of a tick, by the columns ``COLUMNS``."""
+
+    shared: Float  #: (W, 7) those that the team shares
+    own: Float  #: (W, A, 2) those of each boat
+    reward: Float  #: (W, A) sum of the boats' terms
+
+
+def prices(params: EnvParams) -> Prices:
+    """Returns the prices of an environment."""
+    reward, tick = params.reward, 1.0 / params.clock.control
+    return Prices(
+        length=params.vessel.length,
+        size=params.vessel.length / NOMINAL_LENGTH,
+        success=reward.success,
+        accuracy=reward.accuracy,
+        strayed=reward.strayed,
+        time=reward.time * tick,
+        effort=0.5 * reward.effort * tick / params.boat.thrust**2,
+        collision=reward.collision * tick,
+        time_limit=params.time_limit_ticks,
+    )
+
+
+@compiled
+def closeness_to_slots(world: int, team: Team, length: float) -> float:
+    """Returns minus the mean distance of the working boats to their slots, vessel lengths."""
+    motion, total, working = team.motion[world], 0.0, 0
+    to_vessel = direction_of(motion[0, 2]).conjugate()
+    for boat in range(team.slot.shape[1]):
+        if team.working[world, boat]:
+            slot = team.slot[world, boat]
+            total += abs(around(motion, boat + 1, to_vessel, slot, team.side[world])[1])
+            working += 1
+    return -total / (length * working)
+
+
+@compiled
+def evaluate(
+    first: int, last: int, team: Team, prices: Prices, potential: Float, error: Float
+) -> None:
+    """Writes potentials (W, P) and errors (W, 2) of the worlds ``first`` to ``last - 1``.
+
+    The potentials, dimensionless, are ``closeness_to_slots``, minus the cost-to-go in vessel
+    lengths, and a Gaussian round the goal pose. The errors are those of position, m, and heading,
+    rad, of the vessel.
+    """
+    for world in range(first, last):
+        goal, heading_error = goal_errors(team.motion[world], team.goal[world])
+        cost = cost_to_go(goal, heading_error, team.side[world], prices.size)
+        width = GAUSSIAN[0] * prices.size
+        potential[world, CLOSURE] = closeness_to_slots(world, team, prices.length)
+        potential[world, DELIVERY] = -cost / prices.length
+        potential[world, PRECISION] = gaussian(abs(goal), heading_error, width, GAUSSIAN[1])
+        error[world, 0], error[world, 1] = abs(goal), heading_error
+
+
+@compiled
+def accurate_success(error: Float, prices: Prices) -> float:
+    """Returns the reward of a delivery, a fraction of which is a Gaussian of its errors (2,)."""
+    width = NARROW_GAUSSIAN[0] * prices.size
+    missed = 1.0 - gaussian(error[0], error[1], width, NARROW_GAUSSIAN[1])
+    return prices.success * (1.0 - prices.accuracy * missed)
+
+
+@compiled
+def straying(tick: int, prices: Prices) -> float:
+    """Returns the penalty for leaving the arena, with that of the time that was left."""
+    return -prices.strayed - prices.time * (prices.time_limit - tick)
+
+
+@compiled
+def pay(
+    first: int,
+    last: int,
+    before: Float,
+    after: Float,
+    error: Float,
+    happened: Happened,
+    prices: Prices,
+    weight: Float,
+    paid: Payments,
+) -> None:
+    """Computes the reward terms of a tick of the worlds ``first`` to ``last - 1``.
+
+    Args:
+        first: first world.
+        last: world after the last one.
+        before: (W, P) potentials before the tick.
+        after: (W, P) potentials after it.
+        error: (W, 2) errors of position, m, and heading, rad.
+        happened: what else is paid for.
+        prices: what things are worth.
+        weight: (9,) factors on the columns ``COLUMNS``.
+        paid: receives the weighted terms and their sums.
+    """
+    for world in range(first, last):
+        terms = paid.shared[world]
+        for k in range(SUCCESS):
+            rise = after[world, k] - before[world, k]
+            terms[k] = min(max(rise, -LARGEST_STEP), LARGEST_STEP)
+        terms[SUCCESS] = terms[ACCURATE_SUCCESS] = terms[STRAYED] = 0.0
+        if happened.reached[world]:
+            terms[SUCCESS] = prices.success
+            terms[ACCURATE_SUCCESS] = accurate_success(error[world], prices)
+        if happened.strayed[world]:
+            terms[STRAYED] = straying(happened.tick[world], prices)
+        terms[TIME] = -prices.time
+        team_reward = 0.0
+        for k in range(SHARED):
+            terms[k] *= weight[k]
+            team_reward += terms[k]
+        for boat in range(paid.own.shape[1]):
+            thrust = happened.thrust[world, boat]
+            terms = paid.own[world, boat]
+            effort = thrust[0] * thrust[0] + thrust[1] * thrust[1]
+            terms[EFFORT] = -prices.effort * effort * weight[SHARED + EFFORT]
+            bump = -prices.collision * happened.touching[world, boat, 1]
+            terms[COLLISION] = bump * weight[SHARED + COLLISION]
+            paid.reward[world, boat] = team_reward + (terms[EFFORT] + terms[COLLISION])
