@@ -61,7 +61,7 @@ def _pushing_actions(simulation: Any) -> list[np.ndarray]:
 
 
 SITUATIONS = {
-    "at large": Situation("asv_env/Transport-v0", 60.0, _random_actions),
+    "unconstrained": Situation("asv_env/Transport-v0", 60.0, _random_actions),
     "pushing": Situation("asv_env/Push-v0", 20.0, _pushing_actions),
 }
 """Random actions, few contacts; and a grasped vessel under way at 10 cm/s, contacts everywhere."""

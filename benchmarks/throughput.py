@@ -3,7 +3,7 @@
 What is timed is a step as a learner sees it (physics, observation, reward, termination, infos
 and autoreset) of worlds of 4 boats, physics at 50 Hz, control at 10 Hz, in two situations:
 
-* at large: Transport, random actions; few contacts.
+* unconstrained: Transport, random actions; few contacts.
 * pushing: Push, the vessel grasped and under way at 10 cm/s; the boats at the side push at full
   speed, those at the ends keep pace and press on it: contacts everywhere.
 
@@ -120,8 +120,8 @@ class Timed:
 def rows(options: Options) -> list[tuple[int, int, str]]:
     """Returns what is measured: worlds, threads and situation of each row."""
     worlds = sorted(set(options.worlds))
-    found = [(each, 1, situation) for each in worlds for situation in ("at large", "pushing")]
-    most = (worlds[-1], options.threads, "at large")
+    found = [(each, 1, situation) for each in worlds for situation in ("unconstrained", "pushing")]
+    most = (worlds[-1], options.threads, "unconstrained")
     return found + [most] * (options.threads > 1 and worlds[-1] > 1)
 
 

@@ -56,7 +56,7 @@ def test_samples_and_table_are_saved_or_the_file_is_named(run, tmp_path):
     quick = ("--worlds", 0, "--seconds", 0.01, "--rounds", 1, "--page", page, "--out")
     assert run("throughput", *quick, tmp_path / "deep/samples.json") == ""
     samples = json.loads((tmp_path / "deep/samples.json").read_text())["samples"]
-    assert [each["situation"] for each in samples] == ["at large", "pushing"]
+    assert [each["situation"] for each in samples] == ["unconstrained", "pushing"]
     assert all(0 < each["bare"] < each["wall"] / each["steps"] for each in samples)
     above, *table, below = page.read_text().splitlines()
     assert (above, below) == ("above", "below")
