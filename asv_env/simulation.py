@@ -252,19 +252,22 @@ class Simulation:
     def _change_roles(self) -> None:
         """Applies failures, new slots and the anchoring of goals from the next step on.
 
-        Their change earns no reward. A goal is anchored when the team believes to be in closure.
+        Their change earns no reward. A goal is anchored when the team believes to be in closure, at
+        the pose that it believes the vessel to have.
         """
         state, knowledge, events = self._state, self._knowledge, None
-        known = knowledge.advance(state)
+        known, estimate = knowledge.advance(state)
         if self._roles_may_change:
             fails = self._failure_tick == state.tick[:, None]
-            anchors = known.closed & ~known.anchored
-            working, goal = state.working & ~fails, self._relative_goal
-            events = Events(fails.any(axis=1), working, anchors, goal)
+            anchors, goal = known.closed & ~known.anchored, state.goal.copy()
+            for world in np.flatnonzero(anchors):
+                goal[world] = standing.anchored(self._relative_goal[world], estimate[world, 0])
+            roles = fails.any(axis=1), state.working & ~fails
+            events = Events(*roles, known.anchored | anchors, goal, anchors)
         now = state, state.motion, self._referee.misassigned
         self._state, index = standing.changed(*now, events, self.params)
         if len(index):
-            anchored = index[:0] if events is None else np.flatnonzero(events.anchors)
+            anchored = index[:0] if events is None else np.flatnonzero(events.moved)
             self._referee.change(index, anchored, self._state)
         knowledge.change(events, self._state)
 

@@ -77,7 +77,6 @@ class Standing:
     The truth decides it for the task's judge (``State``), the estimate for the boats (``Sensed``).
     """
 
-    goal: Float  #: (W, 3) goal pose of the vessel; m, m, rad
     slot: Complex  #: (W, A) vessel-frame position u + iw of the boat's slot, m
     occupied: Bool  #: (W, A) whether the boat occupies its slot
     closed: Bool  #: (W,) whether conditional closure has been formed and not lost since
@@ -87,6 +86,7 @@ class Standing:
 class Situation(Standing):
     """A standing, and what the simulation and the boats both know exactly."""
 
+    goal: Float  #: (W, 3) goal pose of the vessel; m, m, rad
     tick: Int  #: (W,) control ticks since the episode began
     side: Float  #: (W,) +1 where the team pushes from the vessel's +n side, -1 from the other
     anchored: Bool  #: (W,) whether the goal is final, see ``TaskParams.goal_anchor``

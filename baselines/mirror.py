@@ -93,6 +93,7 @@ def _own_standing(params: EnvParams, seen: Sensed, memory: PushSide, fresh: Bool
     now = standing.advanced(before, seen.estimate, params, 1)
     closed = now.closed & ~fresh
     fails = (seen.working != memory.working).any(axis=1)
-    events = Events(fresh | fails, seen.working, np.zeros_like(fresh), seen.goal)
+    goal = seen.anchored, seen.goal, np.zeros_like(fresh)
+    events = Events(fresh | fails, seen.working, *goal)
     after = replace(before, occupied=now.occupied, closed=closed)
     return standing.changed(after, seen.estimate, now.misassigned, events, params)[0]

@@ -169,24 +169,19 @@ def test_occupied_slots_are_those_of_the_estimate():
     assert disagree
 
 
-def test_a_goal_is_anchored_once_and_for_each_from_its_own_motion():
-    """The team's closure makes the goal final: where the vessel is, and where it seems to be."""
+def test_a_goal_is_anchored_by_the_teams_closure_where_the_vessel_seems_to_be():
     sim = begun(6, scenario="noisy", preset="experiment")
-    relative = np.array(sim.params.task.goal)
+    x, y, heading = sim.params.task.goal
     before = sim.sensed.anchored
     for _, _, known, state in driven(sim, 400):
         assert same(known.anchored, state.anchored)
+        assert same(known.goal, state.goal)
         for world in np.flatnonzero(known.anchored & ~before):
             assert known.closed[world]
-            for goal, vessel in (
-                (known.goal[world], known.estimate[world, 0]),
-                (state.goal[world], state.motion[world, 0]),
-            ):
-                x, y, heading = relative
-                point = vessel[0] + 1j * vessel[1] + (x + 1j * y) * np.exp(1j * vessel[2])
-                np.testing.assert_allclose(goal[:2], [point.real, point.imag])
-                assert wrap(goal[2] - vessel[2] - heading) == pytest.approx(0.0, abs=1e-12)
-            assert not same(known.goal[world], state.goal[world])
+            goal, vessel = known.goal[world], known.estimate[world, 0]
+            point = vessel[0] + 1j * vessel[1] + (x + 1j * y) * np.exp(1j * vessel[2])
+            np.testing.assert_allclose(goal[:2], [point.real, point.imag])
+            assert wrap(goal[2] - vessel[2] - heading) == pytest.approx(0.0, abs=1e-12)
         before = known.anchored
     assert before.any()
 

@@ -56,17 +56,21 @@ class Knowledge:
         """Measures the true motion (W, B, 6) and advances the estimate by one sensing tick."""
         self._sensors.sense(motion)
 
-    def advance(self, state: State) -> Situation:
-        """Ends a control tick, in which the true state has become this; returns the situation."""
+    def advance(self, state: State) -> tuple[Situation, Float]:
+        """Ends a control tick, in which the true state has become this.
+
+        Returns:
+            The situation as it is known, and the estimate (W, B, 6).
+        """
         if self._exact:
-            return state
+            return state, state.motion
         before, delivered = self.sensed, self._sensors.delivered()
         now = standing.advanced(before, delivered["estimate"], self._params, self._num_threads)
         self._misassigned = now.misassigned
         judged = {"occupied": now.occupied, "closed": now.closed}
         exact = {name: getattr(state, name) for name in EXACT}
         self.sensed = frozen(Sensed(**{**vars(before), **exact, **judged, **delivered}))
-        return self.sensed
+        return self.sensed, self.sensed.estimate
 
     def change(self, events: Events | None, state: State) -> None:
         """Changes roles by events and by the estimate; the true state has changed its own."""

@@ -1,4 +1,4 @@
-"""How teams stand round their vessels: who occupies which slot, closure, and where the goal is.
+"""How teams stand round their vessels: who has and occupies which slot, and closure.
 
 One set of rules, applied to one motion: to the true one for the task's judge, to the estimate for
 the boats. So nothing that a policy is given depends on a motion that nobody has measured.
@@ -22,12 +22,13 @@ Record = TypeVar("Record", bound=Situation)
 
 @dataclass(frozen=True)
 class Events:
-    """What changes the roles of a team at the end of a tick, whatever motion is looked at."""
+    """What changes the roles of a team at the end of a tick, for judge and boats alike."""
 
     assigns: Bool  #: (W,) whether slots are to be assigned again
     working: Bool  #: (W, A) boats whose thrusters work from now on
-    anchors: Bool  #: (W,) whether the team has formed closure, by which its goal becomes final
-    goal: Float  #: (W, 3) such goals in the frame of the vessel; m, m, rad
+    anchored: Bool  #: (W,) whether the goal is final from now on
+    goal: Float  #: (W, 3) goal pose from now on; m, m, rad
+    moved: Bool  #: (W,) whether the goal has moved
 
 
 def advanced(before: Situation, motion: Float, params: EnvParams, num_threads: int) -> Standings:
@@ -53,16 +54,14 @@ def changed(
     assigns = concerned = misassigned
     if events is not None:
         assigns = assigns | events.assigns
-        concerned = assigns | events.anchors
+        concerned = assigns | events.moved
     index = np.flatnonzero(concerned)
     if not len(index):
         return record, index
     record = copied(record)
     if events is not None:
         record.working[...] = events.working
-        np.logical_or(record.anchored, events.anchors, out=record.anchored)
-        for world in np.flatnonzero(events.anchors):
-            record.goal[world] = anchored(events.goal[world], motion[world, 0])
+        record.anchored[...], record.goal[...] = events.anchored, events.goal
     _assign(record, motion, index, np.flatnonzero(assigns), params)
     return frozen(record), index
 
