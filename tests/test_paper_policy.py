@@ -156,7 +156,7 @@ def test_pushers_are_asked_for_the_speeds_of_eq_16():
 
 
 def test_pushers_move_in_the_ratio_of_eq_16():
-    """Along the vessel's normal, by their distances from the centre: they also slide on the hull."""
+    """Along the normal, by their distances from the centre at the time: they slide on the hull."""
     trial = Trial(make_params("push", goal=GOAL))
     travelled, distance = np.zeros(2), np.zeros(2)
     for _ in range(150):

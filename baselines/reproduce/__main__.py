@@ -81,7 +81,7 @@ def make(artefacts: dict[str, Artefact], options: Options, folder: OutputFolder)
             folder.record(name, complete=False)
             artefacts[name].build(name, folder.job, options.out)
             folder.record(name, complete=True)
-    write_text(options.out / CAPTIONS, contents.captions(folder.made()))
+    write_text(options.out / CAPTIONS, contents.captions(folder.made(), options.out))
     if options.page is not None:
         text = paper_page.updated(marks.read(options.page), options.out, options.on_page)
         write_text(options.page, text)

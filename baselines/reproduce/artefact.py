@@ -47,6 +47,8 @@ class Artefact(ABC):
     make: Callable[..., Any]  #: from the job and the studies needed to what ``save`` saves
     source: str  #: where its numbers come from
     needs: tuple[str, ...] = ()  #: studies whose results it takes
+    #: from the studies that it needs to sentences with their numbers, for the caption
+    facts: Callable[..., str] | None = None
 
     def files(self, name: str) -> list[str]:
         """Returns the names of its files."""
@@ -66,11 +68,20 @@ class Artefact(ABC):
         assert isinstance(function, ast.FunctionDef)
         return ast.get_docstring(function) or ""
 
+    def full_caption(self, folder: Path) -> str:
+        """Returns the caption, and the facts that follow from the studies in a folder."""
+        if self.facts is None:
+            return self.caption
+        return f"{self.caption}\n\n{self.facts(*self.studies(folder))}"
+
+    def studies(self, folder: Path) -> list[Any]:
+        """Returns the results of the studies that it needs, from their folder."""
+        return [read_json(folder / f"{need}.json") for need in self.needs]
+
     def build(self, name: str, job: Job, folder: Path) -> None:
         """Makes it from the studies in the folder, and writes its files there."""
-        studies = [read_json(folder / f"{need}.json") for need in self.needs]
         with style.applied():
-            self.save(self.make(job, *studies), folder / name)
+            self.save(self.make(job, *self.studies(folder)), folder / name)
 
     @abstractmethod
     def save(self, product: Any, stem: Path) -> None:

@@ -1,6 +1,7 @@
 """All artefacts, in the order in which they are made."""
 
 from collections.abc import Collection
+from pathlib import Path
 
 from baselines.reproduce import (
     claims,
@@ -8,6 +9,7 @@ from baselines.reproduce import (
     fig3_4_approach,
     fig5_paths,
     fig6_9_states,
+    fig6_arrival,
     fig10_trials,
     planner_comparison,
     reach,
@@ -28,7 +30,10 @@ ARTEFACTS: dict[str, Artefact] = {
     "feasibility": Figure(fig5_paths.feasibility, GEOMETRY),
     "reach": Table(reach.table, GEOMETRY),
     "run6": Study(single_runs.noisy_simulation, SIMULATION),
-    "fig6": Figure(fig6_9_states.simulation_states, SIMULATION, ("run6",)),
+    "arrivals": Study(fig6_arrival.arrivals, SIMULATION),
+    "fig6": Figure(
+        fig6_9_states.simulation_states, SIMULATION, ("run6", "arrivals"), fig6_arrival.in_words
+    ),
     "run7": Study(single_runs.simulations, SIMULATION),
     "fig7": Figure(fig6_9_states.complete_simulations, SIMULATION, ("run7",)),
     "run8": Study(single_runs.experimental_run, SIMULATION),
@@ -56,11 +61,16 @@ def selection(names: Collection[str]) -> dict[str, Artefact]:
     return {name: artefact for name, artefact in ARTEFACTS.items() if name in wanted}
 
 
-def captions(names: Collection[str]) -> str:
-    """Returns what figures and tables show and where their numbers come from, as Markdown."""
+def captions(names: Collection[str], folder: Path) -> str:
+    """Returns what figures and tables show and where their numbers come from, as Markdown.
+
+    The studies that captions quote are in the folder.
+    """
     parts = ["# The paper's figures and tables, reproduced\n", INTRODUCTION]
     for name, artefact in ARTEFACTS.items():
         if name in names and not isinstance(artefact, Study):
-            parts.append(f"## {name}\n\n{artefact.shown(name)}\n\n{artefact.caption}\n")
+            parts.append(
+                f"## {name}\n\n{artefact.shown(name)}\n\n{artefact.full_caption(folder)}\n"
+            )
             parts.append(f"Source: {artefact.source}.\n")
     return "\n".join(parts)

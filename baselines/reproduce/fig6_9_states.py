@@ -18,14 +18,14 @@ from baselines.reproduce.single_runs import GOALS, Run
 FAR = 1.5  #: distance from the vessel beyond which the centre of a circle is left out, m
 
 
-def simulation_states(job: Job, study: dict[str, Any]) -> Figure:
+def simulation_states(job: Job, study: dict[str, Any], arrivals: dict[str, Any]) -> Figure:
     """Selected states of a simulation with ten boats.
 
     Policy "paper", preset ``paper_simulation``, T_goal = 30 s, alpha_1 = 1, goal {0.55 m, -0.95 m,
     0.1 rad} from the pose at closure (red, dashed). White noise of variance 0.05 at each step of
     50 Hz: taken as rad^2 on the angle of each boat in Eq. (3), and as cm^2 on its x and y, of
-    which the paper gives no unit. The policy's boats keep below 4 cm/s, as faster ones skid and
-    ram the vessel; those that start far away come later than T_goal. Lines: paths so far; crosses:
+    which the paper gives no unit. The policy's boats keep below 4 cm/s; those that start far
+    away come later than T_goal. Lines: paths so far; crosses:
     circles' centres and switching point. Shown is the run of median smallest distance among the
     trials that came to closure.
     """
