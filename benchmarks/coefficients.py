@@ -10,13 +10,17 @@ added mass of the double body of height 2 T.
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import tyro
 from scipy.special import elliprd
 
 from asv_env.geometry import polygon_gyration
 from asv_env.params import BoatParams, VesselParams
-from baselines.rollout.commands import command, say
+from baselines.evaluate.publish import marks
+from baselines.rollout.commands import FilePath, command, say
 
 DENSITY = 1000.0  #: of fresh water, kg/m^3
 VISCOSITY = 1.0e-6  #: kinematic, of fresh water at 20 degrees Celsius, m^2/s
@@ -261,14 +265,50 @@ def yaw_times(length: float) -> dict[str, float]:
     }
 
 
-def table() -> None:
-    """Print the coefficients, as derived and as the parameters have them."""
-    for name, derived in (("boat", boat(BoatParams())), ("vessel", vessel(VesselParams()))):
-        say(f"| {name} | derived | parameter |\n|---|---|---|")
-        for field, value in defaults(derived).items():
-            exact = np.atleast_1d(getattr(derived, field))
-            say(f"| `{field}` | {', '.join(f'{number:.4g}' for number in exact)} | `{value}` |")
-    hull = BoatParams()
+START, END = "<!-- coefficients -->", "<!-- end of coefficients -->"
+
+
+@dataclass(frozen=True)
+class Options:
+    """Prints the coefficients of the nominal hulls, as derived and as the parameters have them."""
+
+    page: FilePath | None = None  #: page whose table is replaced, such as docs/physics.md
+
+
+def table() -> str:
+    """Returns the derived and the rounded coefficients in Markdown."""
+    lines = [
+        "| | boat, derived | `BoatParams` | vessel, derived | `VesselParams` |",
+        "|---|---|---|---|---|",
+    ]
+    hulls = boat(BoatParams()), vessel(VesselParams())
+    for name, unit in UNITS.items():
+        cells = []
+        for derived in hulls:
+            exact = np.atleast_1d(getattr(derived, name))
+            used = np.atleast_1d(defaults(derived)[name])
+            cells += [", ".join(f"{number:.3g}" for number in row) for row in (exact, used)]
+        lines.append(f"| `{name}` ({unit}) | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+UNITS = {
+    "added_mass": "kg, kg",
+    "added_inertia": "kg m²",
+    "surge": "kg/s, kg/m",
+    "sway": "kg/s, kg/m",
+    "yaw": "N m s, N m s²",
+}
+
+
+def derive(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Print the coefficients, and what the yaw damping is compared with."""
+    page = options.page
+    text = None if page is None else marks.read(page)
+    found, hull = table(), BoatParams()
+    if page is not None and text is not None:
+        Path(page).write_text(marks.replaced(text, START, END, found), encoding="utf-8")
+    say(found)
     times = ", ".join(f"{name} {time:.2f} s" for name, time in yaw_times(hull.length).items())
     strips = ", ".join(f"{yaw_of_strips(hull, speed):.2g}" for speed in (0.0, 0.1, 0.2))
     say(f"Yaw time constants of craft scaled to {hull.length:g} m: {times}")
@@ -277,7 +317,7 @@ def table() -> None:
     say(f"Lever arm: {rounded(LEVER_ARM * hull.width):g} m")
 
 
-main = command(table, "python benchmarks/coefficients.py")
+main = command(derive, "python benchmarks/coefficients.py")
 
 if __name__ == "__main__":
     main()

@@ -40,6 +40,8 @@ def run(monkeypatch, capsys):
         ("throughput", ["--page", FOLDER / "turns.py"], "has no line <!-- throughput -->"),
         ("memory", ["--worlds", -3], "worlds = -3"),
         ("memory", ["--steps", 0], "steps = 0"),
+        ("coefficients", ["--page", FOLDER / "turns.py"], "needs a line '<!-- coefficients -->'"),
+        ("convergence", ["--page", FOLDER / "turns.py"], "needs a line '<!-- convergence -->'"),
         ("training", ["--updates", 0], "updates = 0"),
         ("training", ["--torch-threads", 0], "torch_threads = 0"),
         ("training", ["--task", "puhs"], "Did you mean 'push'"),

@@ -8,6 +8,7 @@ from scipy.integrate import quad
 
 from asv_env.params import BoatParams, VesselParams
 from asv_env.params.hull_params import FIN_ADDED_MASS
+from baselines.evaluate.publish import marks
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 approx = pytest.approx
@@ -121,3 +122,9 @@ def test_stretched_vessel_is_nearly_what_is_derived_at_its_length(coefficients):
         tolerance = 0.3 if name == "added_inertia" else 0.1
         assert getattr(long, name) == approx(value, rel=tolerance), name
     assert long.added_inertia < long.total_inertia / 6
+
+
+def test_page_shows_what_is_derived(coefficients):
+    page = (FOLDER.parent / "docs/physics.md").read_text()
+    marked = marks.replaced(page, coefficients.START, coefficients.END, coefficients.table())
+    assert page == marked, "run python benchmarks/coefficients.py --page docs/physics.md"

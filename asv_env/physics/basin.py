@@ -20,7 +20,7 @@ from asv_env.types import Float
 
 WALL_THICKNESS = 0.5  #: thickness of a wall, m
 CELLS_PER_BODY = 10  #: size of the spatial hash table; it orders the contacts
-ITERATIONS = 20  #: of the contact solver in a step, see benchmarks/convergence.py
+ITERATIONS = 30  #: of the contact solver in a step, see benchmarks/convergence.py
 SLOP = 1e-4  #: depth to which hulls may overlap, m at scale 1
 BIAS = 0.9**60  #: share of a deeper overlap that is left after a second at scale 1: Chipmunk's
 
