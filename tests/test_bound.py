@@ -41,9 +41,9 @@ def test_a_push_with_drag_from_the_start_is_slower_by_a_little(peak):
         return event
 
     options = {"rtol": 1e-9, "atol": 1e-12}
-    pushed = moves(vessel.total_mass + 4 * boat.total_mass, 8 * boat.thrust, 4)
+    pushed = moves(vessel.masses[1] + 4 * boat.masses[0], 8 * boat.thrust, 4)
     push = solve_ivp(pushed, (0, 100), [0, 0], events=reaches(peak), **options)
-    free = moves(vessel.total_mass, 0.0, 0)
+    free = moves(vessel.masses[1], 0.0, 0)
     coast = solve_ivp(free, (0, 100), push.y[:, -1], events=reaches(slow), **options)
     way, time = coast.y[0, -1], push.t[-1] + coast.t[-1]
     least = bound.push_time(PARAMS, np.array(way + PARAMS.task.position_tolerance))

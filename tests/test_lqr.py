@@ -40,7 +40,7 @@ def rates(vessel, speed, state, wrench, curvature):
         [
             velocity.real,
             yaw_rate - curvature * abreast,
-            force / vessel.total_mass + across,
+            force / vessel.masses[0] + across,
             moment / vessel.total_inertia,
         ]
     )

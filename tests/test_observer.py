@@ -186,7 +186,7 @@ def test_wrench_that_balances_the_drag_changes_nothing(heading, surge, sway, eas
     np.testing.assert_allclose(kalman.acceleration(memory), 0.0, atol=1e-12)
     memory.force += 0.01
     memory.moment += 0.002
-    ahead = 0.01 / vessel.total_mass * np.exp(1j * heading)
+    ahead = 0.01 / vessel.masses[1] * np.exp(1j * heading)
     expected = [ahead.real, ahead.imag, 0.002 / vessel.total_inertia]
     np.testing.assert_allclose(kalman.acceleration(memory)[0], expected, atol=1e-12)
 

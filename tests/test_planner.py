@@ -136,7 +136,7 @@ def test_coasting_vessel_comes_to_rest_after_the_way_that_is_left(vessel):
     linear, quadratic = vessel.sway
     for distance in (0.02, 0.2, 0.5):
         solution = solve_ivp(
-            lambda s, v: -(linear + quadratic * v) / vessel.total_mass,
+            lambda s, v: -(linear + quadratic * v) / vessel.masses[1],
             (0.0, distance), [planner.speed(np.array(distance))], rtol=1e-10, atol=1e-12,
         )  # fmt: skip
         assert abs(solution.y[0, -1]) < 1e-7
@@ -150,7 +150,7 @@ def test_timetable_asks_for_no_braking(vessel, gains):
     speed = planner.speed(left)
     slows = speed * (planner.speed(left + step) - speed) / step
     linear, quadratic = vessel.sway
-    drag = (linear + quadratic * speed) * speed / vessel.total_mass
+    drag = (linear + quadratic * speed) * speed / vessel.masses[1]
     assert (slows >= 0).all()
     assert (slows <= drag * (1 + 1e-4)).all()
 
