@@ -15,7 +15,7 @@ from asv_env import Simulation, make_params
 from asv_env.params import BoatParams
 from asv_env.tasks.formation import slots
 from asv_env.types import rows
-from baselines.paper.coasting import coasting_speed
+from baselines.paper.coasting import coasting_speed, coasting_time
 from baselines.paper.paper_numbers import GAINS, IN_RANGE, PaperGains
 from baselines.paper.paper_policy import PaperPolicy
 from baselines.rollout import runner
@@ -210,6 +210,14 @@ def test_coasting_speed_agrees_with_the_integrated_motion():
     assert quad(lambda v: hull.masses[1] / linearised.sway[0], 0, coasting_speed(linearised, 0.3))[
         0
     ] == pytest.approx(0.3)
+
+
+def test_coasting_time_agrees_with_the_integrated_motion():
+    hull = make_params().hulls()[0]
+    linear, quadratic = hull.sway
+    slowing = lambda v: hull.masses[1] / ((linear + quadratic * v) * v)  # noqa: E731 (dt/dv)
+    assert quad(slowing, 0.002, 0.04)[0] == pytest.approx(coasting_time(hull, 0.04, 0.002))
+    assert coasting_time(hull, 0.001, 0.002) == 0.0
 
 
 @pytest.mark.parametrize("mode", ["tracking", "thrusters"])

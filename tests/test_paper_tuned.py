@@ -11,7 +11,7 @@ from asv_env.types import copied
 from baselines.paper import tune, tuned
 from baselines.paper.arc_following import two_arcs
 from baselines.paper.paper_numbers import GAINS, PaperGains
-from baselines.paper.paper_policy import PaperPolicy, push_speed
+from baselines.paper.paper_policy import PaperPolicy, longest_path
 from baselines.policy import POLICIES
 from baselines.rollout import runner
 
@@ -30,7 +30,7 @@ def test_the_first_turn_is_that_of_the_shortest_legal_path_of_every_goal():
     policy = POLICIES["paper-tuned"](params)
     _, memory = policy.act(sensed, np.empty(0), None, np.ones(len(goals), dtype=bool))
     half_length = params.vessel.length / 2
-    longest = push_speed(params, gains) * params.task.time_limit
+    longest = longest_path(params, gains, params.task.time_limit)
     path = two_arcs(np.array(goals), half_length, longest, gains)
     np.testing.assert_allclose(memory.length, path.length, atol=1e-6)
     assert np.abs(memory.rho).min() >= half_length * (1 - 1e-6)

@@ -6,6 +6,7 @@ import pytest
 from asv_env import make_params
 from baselines.paper import two_arc
 from baselines.paper.arc_following import two_arcs
+from baselines.paper.coasting import coasting_distance, coasting_time
 from baselines.paper.paper_numbers import GAINS, PaperGains
 from baselines.paper.paper_policy import push_speed
 from baselines.reproduce import reach
@@ -18,6 +19,11 @@ def test_the_papers_goal_is_in_time_exactly_when_its_path_is_driven_before_the_l
     (length,) = reach.lengths(GOALS[:1], PARAMS, GAINS, np.inf)
     assert length == pytest.approx(1.140644, abs=1e-6)
     needed = 80.0 + length / push_speed(PARAMS, GAINS)
+    hull, task = PARAMS.hulls()[0], PARAMS.task
+    speed = push_speed(PARAMS, GAINS)
+    coasted = coasting_distance(hull, speed)
+    needed += coasting_time(hull, speed, task.speed_tolerance) + task.delivery_time
+    needed -= min(coasted, GAINS.stop_distance) / speed
     for late, expected in ((0.1, True), (-0.1, False)):
         assert reach.in_time(GOALS[:1], PARAMS, GAINS, needed + late)[0] == expected
 

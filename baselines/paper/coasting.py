@@ -41,6 +41,15 @@ def coasting_speed(hull: HullParams, distance: ArrayLike) -> Float:
     return linear / quadratic * np.expm1(exponent)
 
 
+def coasting_time(hull: HullParams, speed: float, last: float) -> float:
+    """Returns the time, s, in which a hull that moves sideways slows down between speeds, m/s."""
+    linear, quadratic = hull.sway
+    if last >= speed:
+        return 0.0
+    ratio = speed / last * (linear + quadratic * last) / (linear + quadratic * speed)
+    return float(hull.masses[1] / linear * np.log(ratio))
+
+
 def coasting_distance(hull: HullParams, speed: ArrayLike) -> Float:
     """Returns the distances (...) m that a hull coasts to rest from sideways speeds (...) m/s."""
     linear, quadratic = hull.sway

@@ -18,6 +18,8 @@ cannot be used as printed is corrected (see also the modules of the equations):
 * Eq (16) gives magnitudes; the directions are those of Eq (3) about the centre, phi = pi/2.
 """
 
+from typing import Any
+
 import numpy as np
 
 from asv_env.geometry import mirrored
@@ -31,7 +33,7 @@ from baselines.paper.arc_following import (
     plan_arcs,
     push_steering,
 )
-from baselines.paper.coasting import coasting_speed
+from baselines.paper.coasting import coasting_distance, coasting_speed, coasting_time
 from baselines.paper.paper_numbers import ARRIVAL_TIME, GAINS, MEAN_SPEEDS, PaperGains
 from baselines.paper.steering import Assignment, Memory, Steering, approach_steering, nearest
 from baselines.paper.wheel_commands import WheelCommands
@@ -52,6 +54,15 @@ def push_speed(params: EnvParams, gains: PaperGains) -> float:
         return gains.push_speed
     vessel, _ = params.hulls()
     return float(np.clip(coasting_speed(vessel, gains.stop_distance), *MEAN_SPEEDS))
+
+
+def longest_path(params: EnvParams, gains: PaperGains, time: Any) -> Any:
+    """Returns the lengths (n,) m of paths that are driven in times (n,) s, coasting included."""
+    vessel, _ = params.hulls()
+    speed, task = push_speed(params, gains), params.task
+    settling = coasting_time(vessel, speed, task.speed_tolerance) + task.delivery_time
+    coasted = np.minimum(gains.stop_distance, coasting_distance(vessel, speed))
+    return speed * np.maximum(time - settling, 0.0) + coasted
 
 
 class PaperPolicy:
@@ -88,7 +99,7 @@ class PaperPolicy:
         half_length, stop_radius = params.vessel.length / 2, params.task.slot_distance
         time = sensed.tick / params.clock.control
         if params.definition.has_goal and new.any():
-            longest = self._mean_speed * (params.task.time_limit - time)
+            longest = longest_path(params, gains, params.task.time_limit - time)
             plan_arcs(relations, new, memory, half_length, longest, gains)
         follow_arcs(relations, memory, gains)
         dt = 1 / params.clock.control

@@ -45,7 +45,7 @@ START = replace(
     min_radius=2.5,
     arrival_time=ARRIVAL_TIME["tracking"],
     push_speed=0.03,
-    stop_distance=0.15,
+    stop_distance=0.13,
     speed_integral=0.3,
     switch_distance=0.02,
 )
@@ -107,7 +107,7 @@ STAGES = (
 class Options:
     """How long is searched, and where the results are kept."""
 
-    generations: int = 7  #: generations of the push; the approach has fewer
+    generations: int = 6  #: generations of the push; the approach has fewer
     population: int = 10  #: candidates of a generation
     elite: int = 4  #: candidates of a generation to which the next one is fitted
     episodes: int = 24  #: episodes of a candidate in each scenario

@@ -11,7 +11,7 @@ from asv_env.types import Bool, Float
 from baselines.paper import two_arc
 from baselines.paper.arc_following import two_arcs
 from baselines.paper.paper_numbers import GAINS, PaperGains
-from baselines.paper.paper_policy import arrival_time, push_speed
+from baselines.paper.paper_policy import arrival_time, longest_path, push_speed
 from baselines.paper.tuned import tuned_gains
 from baselines.reproduce.artefact import Job
 
@@ -29,7 +29,8 @@ def table(job: Job) -> dict[str, Any]:
     """Goals over the plane that two arcs reach in time.
 
     Legal: both radii are large enough, and no arc is driven backwards. In time: the path is short
-    enough to be driven at the speed of the push in what T_goal leaves of the time limit.
+    enough to be driven at the speed of the push, and the vessel to come to rest, in what T_goal
+    leaves of the time limit.
     """
     params = make_params()
     goals = sampled_goals(params, job.seeds(GOALS))
@@ -73,6 +74,6 @@ def lengths(goals: Float, params: EnvParams, gains: PaperGains, longest: float) 
 
 def in_time(goals: Float, params: EnvParams, gains: PaperGains, time_limit: float) -> Bool:
     """Returns which paths (n,) can be driven in what T_goal leaves of a time limit, s."""
-    longest = push_speed(params, gains) * (time_limit - arrival_time(params, gains))
+    longest = float(longest_path(params, gains, time_limit - arrival_time(params, gains)))
     enough: Bool = lengths(goals, params, gains, longest) <= longest
     return enough
