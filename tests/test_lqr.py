@@ -33,17 +33,12 @@ def rates(vessel, speed, state, wrench, curvature):
     offset, turned, sideways, yaw_rate = state
     velocity = (sideways - 1j * speed) * np.exp(1j * turned)
     abreast = -velocity.imag / (1 - curvature * offset)
-    force = wrench[0] - drags(vessel.surge, sideways)
+    surge_mass, sway_mass, inertia = vessel.masses
+    force = wrench[0] - drags(vessel.surge, sideways) - sway_mass * speed * yaw_rate
     moment = wrench[1] - drags(vessel.yaw, yaw_rate)
-    across = (-1j * yaw_rate * (sideways - 1j * speed)).real
-    return np.array(
-        [
-            velocity.real,
-            yaw_rate - curvature * abreast,
-            force / vessel.masses[0] + across,
-            moment / vessel.total_inertia,
-        ]
-    )
+    moment -= (surge_mass - sway_mass) * sideways * speed  # the Munk moment
+    turning = yaw_rate - curvature * abreast
+    return np.array([velocity.real, turning, force / surge_mass, moment / inertia])
 
 
 def jacobian(vessel, speed):

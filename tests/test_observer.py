@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
-from asv_env.physics import water
 from baselines.rollout.loop import rollout
 from baselines.scripted import ScriptedPolicy, observer
 from baselines.scripted.observer import VesselMemory, VesselObserver
@@ -140,7 +139,7 @@ def test_corrections_are_those_of_the_kalman_filter():
         for column, entry in enumerate((axis, 3 + axis)):
             memory, measured = VesselMemory.empty(1), np.zeros_like(sim.sensed.measured)
             measured[0, 0, entry] = touch
-            kalman.update(replace(sim.sensed, measured=measured), memory, np.zeros(1, dtype=bool))
+            kalman.update(replace(sim.sensed, measured=measured), memory, np.ones(1, dtype=bool))
             corrections = memory.motion[0, [axis, 3 + axis]] / touch
             np.testing.assert_allclose(corrections, expected[:, column], rtol=2e-2)
 
@@ -169,25 +168,34 @@ def test_expected_acceleration_is_that_of_the_physics(drag):
 
 
 @given(st.floats(-np.pi, np.pi), *[st.floats(-0.2, 0.2)] * 4, st.floats(-1.0, 1.0))
-def test_wrench_that_balances_the_drag_changes_nothing(heading, surge, sway, east, north, yaw_rate):
+def test_wrench_that_balances_drag_and_coupling_keeps_the_velocity(
+    heading, surge, sway, east, north, yaw_rate
+):
     params = make_params()
     vessel = params.hulls()[0]
-    linear, quadratic = water.coefficients([vessel])
-    through_water = np.array([[surge, sway, yaw_rate]])
-    drag = -water.damped(
-        np.zeros((1, 3)), through_water, linear, quadratic, np.zeros((1, 3)), np.ones((1, 3))
-    )[0]
+    through_water = np.array([surge, sway, yaw_rate])
+    linear, quadratic = np.transpose([vessel.surge, vessel.sway, vessel.yaw])
+    drag = (linear + quadratic * np.abs(through_water)) * through_water
+    surge_mass, sway_mass, inertia = vessel.masses
+    drag -= [
+        sway_mass * sway * yaw_rate,
+        -surge_mass * surge * yaw_rate,
+        (surge_mass - sway_mass) * surge * sway,
+    ]
     kalman = VesselObserver(params)
     memory = VesselMemory.empty(1)
     memory.drift[:] = east + 1j * north
     velocity = memory.drift[0] + (surge + 1j * sway) * np.exp(1j * heading)
     memory.motion[0] = [1.0, -2.0, heading, velocity.real, velocity.imag, yaw_rate]
     memory.force[:], memory.moment[:] = drag[0] + 1j * drag[1], drag[2]
-    np.testing.assert_allclose(kalman.acceleration(memory), 0.0, atol=1e-12)
-    memory.force += 0.01
+    # In its own frame the velocity stays, so over ground it turns with the hull.
+    turning = 1j * yaw_rate * (velocity - memory.drift[0])
+    expected = np.array([turning.real, turning.imag, 0.0])
+    np.testing.assert_allclose(kalman.acceleration(memory)[0], expected, atol=1e-12)
+    memory.force += 0.01 + 0.02j
     memory.moment += 0.002
-    ahead = 0.01 / vessel.masses[1] * np.exp(1j * heading)
-    expected = [ahead.real, ahead.imag, 0.002 / vessel.total_inertia]
+    more = (0.01 / surge_mass + 0.02j / sway_mass) * np.exp(1j * heading)
+    expected += [more.real, more.imag, 0.002 / inertia]
     np.testing.assert_allclose(kalman.acceleration(memory)[0], expected, atol=1e-12)
 
 

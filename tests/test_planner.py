@@ -161,7 +161,7 @@ def test_time_is_that_of_the_way_at_its_speeds(vessel, left):
     planner = PathPlanner(vessel, PathGains())
     kinks = np.linspace(0.0, min(left, 0.5), 20)[1:-1]
     expected = quad(lambda s: 1 / planner.speed(np.array(s)), 0, left, points=kinks, limit=500)[0]
-    assert planner.time(np.array(left)) == pytest.approx(expected, rel=5e-3)
+    assert planner.time(np.array(left)) == pytest.approx(expected, rel=1e-3)
 
 
 @every_vessel

@@ -30,7 +30,8 @@ class PathPlanner:
             )
         self._vessel, self.gains = vessel, gains
         self._overshoot = coasting_distance(vessel, gains.goal_speed / gains.braking)
-        remaining = np.linspace(0.0, TIMETABLE_LENGTH * vessel.length, 5000)
+        # Near the goal the speed changes within centimetres; far from it, it does not change.
+        remaining = TIMETABLE_LENGTH * vessel.length * np.linspace(0.0, 1.0, 5000) ** 2
         slowness = 1.0 / self.speed(remaining)
         steps = np.diff(remaining) * (slowness[1:] + slowness[:-1]) / 2
         self._timetable = remaining, np.concatenate([[0.0], np.cumsum(steps)])

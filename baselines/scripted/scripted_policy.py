@@ -70,10 +70,10 @@ class ScriptedPolicy:
         self._has_goal = params.definition.has_goal
         self._helm = Helm(params)
         self._lost = LOST * params.vessel.length
-        self._observer = VesselObserver(params)
         self._grasp = GraspController(params, grasp)
         planner = planner or PathPlanner(params.hulls()[0], PathGains())
         self._push = PushController(params, planner, push, tolerances)
+        self._observer = VesselObserver(params)
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
