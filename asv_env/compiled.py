@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import types
+from numba.experimental import structref
 
 LAWS = (
     "compiled.py",
@@ -43,3 +45,30 @@ def _stamp() -> str:
     here = Path(__file__).parent
     sources = [path for name in LAWS for path in sorted(here.glob(name))]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
+
+
+@structref.register
+class _BoundType(types.StructRef):
+    """Type of ``Bound`` in compiled code."""
+
+    def preprocess_fields(self, fields: Any) -> Any:
+        return tuple((name, types.unliteral(kind)) for name, kind in fields)
+
+
+class Bound(structref.StructRefProxy):
+    """Arguments of compiled code that are handed over once and not at every call.
+
+    Attributes:
+        content: tuple of records of arrays and numbers. The arrays are shared, not copied.
+    """
+
+    content: Any
+
+
+structref.define_proxy(Bound, _BoundType, ["content"])
+
+
+@compiled
+def bound(content: tuple[Any, ...]) -> Any:
+    """Returns a ``Bound`` of this content."""
+    return Bound(content)

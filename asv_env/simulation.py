@@ -11,7 +11,7 @@ import numpy as np
 
 from asv_env import arguments, threads
 from asv_env.checks import Whole, called
-from asv_env.geometry import plane, wrap, xy
+from asv_env.geometry import plane, xy
 from asv_env.numerics import numerics
 from asv_env.params import EnvParams
 from asv_env.physics import water
@@ -216,8 +216,8 @@ class Simulation:
         before = self._state
         moved = self._move(command)
         water = self._dynamics.water()
-        self._state, self._ending = self._referee.judge(before, moved, water)
-        terms, rewards = self._referee.reward(before, self._state, self._ending)
+        judged = self._referee.tick(before, moved, water)
+        self._state, self._ending, terms, rewards = judged
         ending = self._ending
         self._steps_over += ending.terminated | ending.truncated | (self._steps_over > 0)
         self._change_roles()
@@ -233,21 +233,14 @@ class Simulation:
 
     def _move(self, command: Float) -> dict[str, Any]:
         """Physics and sensing of one control step; returns the fields of ``State`` it decides."""
-        clock, before = self.params.clock, self._state
-        command = self._dynamics.delayed(command)
-        force = np.zeros(before.working.shape)
+        clock, dynamics = self.params.clock, self._dynamics
+        command = dynamics.delayed(command)
+        dynamics.begin()
         for _ in range(clock.sensing // clock.control):
-            motion = self._dynamics.advance(command, before.working, clock.physics // clock.sensing)
-            force += self._dynamics.basin.bodies.contact_force
-            motion[..., 2] = wrap(motion[..., 2])
-            motion.setflags(write=False)
+            steps = clock.physics // clock.sensing
+            motion = dynamics.advance(command, self._state.working, steps)
             self._knowledge.sense(motion)
-        return {
-            "motion": motion,
-            "thrust": self._dynamics.plant.motors.thrust.copy(),
-            "touching": self._dynamics.basin.bodies.touching.copy(),
-            "contact_force": force / (clock.sensing // clock.control),
-        }
+        return {"motion": motion, **dynamics.felt()}
 
     def _change_roles(self) -> None:
         """Applies failures, new slots and the anchoring of goals from the next step on.

@@ -401,7 +401,7 @@ def test_errors_before_the_goal_is_anchored_do_not_count_as_the_smallest():
 def random_walk(params, ticks, num_worlds=2, hold=5, seed=0):
     """A simulation after random actions, and what every step gave back."""
     sim, rng = begun(params, num_worlds), np.random.default_rng(seed)
-    before = reward.evaluated(sim.state, params)[0]
+    before = reward.evaluated(sim.state, params).potential
     steps = []
     for tick in range(ticks):
         if tick % hold == 0:
@@ -423,7 +423,7 @@ def test_reward_is_the_sum_of_its_terms(task):
 def test_progress_terms_sum_to_the_difference_of_their_potentials():
     params = make_params(scenario="gyre")
     sim, before, steps = random_walk(params, 150)
-    after = reward.evaluated(sim.state, params)[0]
+    after = reward.evaluated(sim.state, params).potential
     for column, name in enumerate(("closure", "delivery", "precision")):
         gained = sum(done.terms[name][:, 0] for done in steps)
         risen = after[:, column] - before[:, column]
@@ -490,14 +490,11 @@ def judged(params, before, after, reached=False, strayed=False, tick=1, distance
         np.array([reached]), np.array([strayed]), np.array([tick]),
         np.zeros((1, 4, 2)), np.zeros((1, 4, 2), bool),
     )  # fmt: skip
-    paid = reward.payments(1, 4)
+    paid, weight = reward.blank_payments(1, 4), reward.Terms(reward.TERMS, params).weight
+    worth = payment.Worth(np.reshape(after, (1, 3)), np.array([[distance, 0.0]]))
+    changes = np.reshape(before, (1, 3)), worth
+    payment.pay(0, *changes, happened, payment.prices(params), weight, paid)
     columns = {term.name: term.column for term in reward.TERMS}
-    weight = np.zeros(len(payment.COLUMNS))
-    for term in reward.TERMS:
-        weight[term.column] = term.factor(params)
-    before, after = np.reshape(before, (1, 3)), np.reshape(after, (1, 3))
-    error = np.array([[distance, 0.0]])
-    payment.pay(0, 1, before, after, error, happened, payment.prices(params), weight, paid)
     found = np.concatenate([np.tile(paid.shared, (4, 1)), paid.own[0]], axis=1)
     return {name: found[:, column] for name, column in columns.items()}, paid.reward[0]
 

@@ -32,15 +32,15 @@ def team_infos(simulation: Simulation, step: TimeStep | None = None) -> dict[str
 def metrics_of(simulation: Simulation) -> dict[str, Any]:
     """Returns the metrics (W,) of the episodes so far: bool, int64 or float64."""
     summary = simulation.summary()
-    return {
-        name: value.astype(DTYPES.get(value.dtype.kind, np.float64), copy=False)
-        for name, value in summary.items()
-    }
+    for one in simulation.params.definition.metrics:
+        value = summary[one.name]
+        summary[one.name] = value.astype(DTYPES.get(value.dtype.kind, np.float64), copy=False)
+    return summary
 
 
 def of_world(infos: Mapping[str, Any], world: int = 0) -> dict[str, Any]:
     """Returns the infos of one world as Python scalars."""
-    return {name: value[world].item() for name, value in infos.items()}
+    return {name: value.item(world) for name, value in infos.items()}
 
 
 def masked(infos: Mapping[str, Any], mask: Bool) -> dict[str, Any]:

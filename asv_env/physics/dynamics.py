@@ -1,10 +1,11 @@
 """The motion of all hulls under motors, water and contact: the physics of a control step."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from asv_env import threads
+from asv_env.compiled import bound
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.physics import autopilot, kernel, thrusters, water
@@ -12,6 +13,7 @@ from asv_env.physics.basin import Basin, BasinSnapshot
 from asv_env.physics.hull import Hulls
 from asv_env.physics.kernel import Plant
 from asv_env.physics.shelter import cover
+from asv_env.threads import spread
 from asv_env.types import Bool, Complex, Float, InitialState
 
 
@@ -57,6 +59,9 @@ class Dynamics:
             dt=params.clock.dt,
             tracking=params.action_mode == "tracking",
         )
+        self._bound = bound((self.plant, self.basin.bodies, self.basin.wires))
+        # Factor that turns an impulse into its part of a control step's mean force.
+        self._share = float(params.clock.control)
         # Commands on their way to the boats, the next one first.
         late = params.variation.actuation_latency
         self._commands = np.zeros((late, num_worlds, params.num_boats, 2))
@@ -109,32 +114,49 @@ class Dynamics:
         """Returns the velocity (W,) of the water at the vessels, m/s."""
         return water.current(self._water, plane(self.basin.motion[:, 0]))
 
+    def begin(self) -> None:
+        """Begins a control step, over which contact forces are averaged."""
+        self.basin.bodies.contact_force.fill(0.0)
+
     def advance(self, action: Float, working: Bool, steps: int) -> Float:
-        """Advances all worlds by some physics steps under one action.
+        """Advances all worlds by some physics steps of a control step, under one action.
 
         Args:
             action: (W, A, 2) in [-1, 1].
-            working: (W, A) boats whose thrusters answer.
+            working: (W, A) boats whose thrusters answer, read-only.
             steps: number of physics steps.
 
         Returns:
-            Motion (W, B, 6) in the worlds' frames, a copy; headings are not wrapped.
+            Motion (W, B, 6) in the worlds' frames, headings wrapped; read-only.
         """
-        plant, bodies, wires = self.plant, self.basin.bodies, self.basin.wires
-
-        share = 1.0 / (plant.dt * steps)
-        bodies.contact_force[...] = 0.0
+        motion: Float = np.empty_like(self.basin.motion, order="C")
 
         def run(steps: int) -> None:
             def advance(first: int, last: int, thread: int) -> None:
-                span = first, last, thread, steps, share
-                kernel.advance(*span, action, working, plant, bodies, wires)
+                span = first, last, thread, steps, self._share
+                kernel.advance(*span, action, working, self._bound, motion)
 
-            threads.spread(advance, len(action), self._num_threads)
+            spread(advance, len(action), self._num_threads)
 
         if self.basin.moved:
             run(1)
             self.basin.settle()
             steps -= 1
         run(steps)
-        return self.basin.motion.copy()
+        motion.setflags(write=False)
+        return motion
+
+    def felt(self) -> dict[str, Any]:
+        """Returns the fields of ``State`` that hold thrust and contacts, read-only.
+
+        They are those after a control step.
+        """
+        bodies, thrust = self.basin.bodies, self.plant.motors.thrust
+        fields = {
+            "thrust": thrust.copy(),
+            "touching": bodies.touching.copy(),
+            "contact_force": bodies.contact_force.copy(),
+        }
+        for array in fields.values():
+            array.setflags(write=False)
+        return fields

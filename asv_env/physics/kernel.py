@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from asv_env.compiled import compiled
+from asv_env.compiled import Bound, compiled
+from asv_env.geometry import wrapped
 from asv_env.physics import native
 from asv_env.physics.autopilot import Axis, effort, referred
 from asv_env.physics.exchange import IDS
@@ -175,6 +176,15 @@ def read(wires: Wires, world: int) -> None:
 
 
 @compiled
+def copy(bodies: Bodies, world: int, motion: Float) -> None:
+    """Copies the motion of a world's hulls to (W, B, 6), headings wrapped."""
+    for body in range(motion.shape[1]):
+        for k in range(motion.shape[2]):
+            motion[world, body, k] = bodies.motion[world, body, k]
+        motion[world, body, 2] = wrapped(bodies.motion[world, body, 2])
+
+
+@compiled
 def advance(
     first: int,
     last: int,
@@ -183,9 +193,8 @@ def advance(
     share: float,
     action: Float,
     working: Bool,
-    plant: Plant,
-    bodies: Bodies,
-    wires: Wires,
+    bound: Bound,
+    motion: Float,
 ) -> None:
     """Advances worlds ``first`` to ``last - 1`` by some physics steps under one action.
 
@@ -197,10 +206,10 @@ def advance(
         share: factor that turns an impulse, N s, into its part of the mean contact force, N.
         action: (W, A, 2) in [-1, 1].
         working: (W, A) boats whose thrusters answer.
-        plant: everything that acts on the hulls.
-        bodies: their motion, before and after; contact forces are added to what is there.
-        wires: connections to Pymunk.
+        bound: ``Plant``, ``Bodies`` and ``Wires``; contact forces are added to what is there.
+        motion: (W, B, 6) receives the motion after the steps, headings wrapped.
     """
+    plant, bodies, wires = bound.content
     factors = np.ones((working.shape[1] + 1, 2))
     for world in range(first, last):
         for _ in range(steps):
@@ -211,3 +220,4 @@ def advance(
             native.step(wires.functions[STEP], wires.space[world], plant.dt)
             read(wires, world)
             feel(wires, bodies, world, thread, share)
+        copy(bodies, world, motion)

@@ -1,4 +1,4 @@
-"""The judge's loops over the worlds: slots, closure, delivery, and errors of the vessel."""
+"""Judgement of slots and closure, for the true motion and for the estimate alike."""
 
 from typing import NamedTuple
 
@@ -7,15 +7,12 @@ import numpy as np
 from asv_env.compiled import compiled
 from asv_env.tasks.laws import (
     Rules,
-    aim,
     around,
-    at_goal,
     direction_of,
-    heading_error_of,
     occupies,
     rests,
 )
-from asv_env.types import Bool, Complex, Float, Int, Situation, given
+from asv_env.types import Bool, Complex, Float, Situation, given
 
 
 class Team(NamedTuple):
@@ -39,15 +36,14 @@ class Standings(NamedTuple):
     misassigned: Bool
 
 
-class Counts(NamedTuple):
-    """Control ticks for which something has been true without a break, each (W,)."""
-
-    occupied: Int  #: every slot was occupied
-    delivered: Int  #: the vessel was at its goal
-
-
 def team(situation: Situation, motion: Float) -> Team:
-    """Returns what the standing of teams depends on, for a motion (W, B, 6)."""
+    """Returns what the standing of teams depends on, for a motion (W, B, 6).
+
+    The fields of a situation that is not read-only are wrapped.
+    """
+    if not situation.goal.flags.writeable and not motion.flags.writeable:
+        fixed = situation.goal, situation.slot, situation.side, situation.working
+        return Team(motion, *fixed, situation.closed)
     return Team(
         given(motion),
         given(situation.goal),
@@ -66,15 +62,19 @@ def standings(team: Team) -> Standings:
 
 
 @compiled
-def stand(world: int, team: Team, rules: Rules, found: Standings) -> None:
+def stand(world: int, team: Team, rules: Rules, found: Standings) -> float:
     """Judges the slots and the closure of a world.
 
     Closure is formed when all slots are occupied, and lost when one of the working boats is far
     from its slot.
+
+    Returns:
+        Mean distance of the working boats to their slots, m.
     """
     motion, side = team.motion[world], team.side[world]
     to_vessel = direction_of(motion[0, 2]).conjugate()
     formed, near, rest = True, True, True
+    total, working = 0.0, 0
     for boat in range(team.slot.shape[1]):
         slot = team.slot[world, boat]
         _, gap, alignment, slip = around(motion, boat + 1, to_vessel, slot, side)
@@ -82,12 +82,15 @@ def stand(world: int, team: Team, rules: Rules, found: Standings) -> None:
         occupied = occupies(distance, alignment, slip, rules)
         found.occupied[world, boat] = occupied
         if team.working[world, boat]:
+            total += distance
+            working += 1
             formed = formed and occupied
             near = near and distance <= rules.closure_lost
             rest = rest and rests(alignment, slip, rules)
     closed = formed or (team.closed[world] and near)
     found.formed[world], found.closed[world] = formed, closed
     found.misassigned[world] = rest and not closed
+    return total / working
 
 
 @compiled
@@ -95,51 +98,3 @@ def stand_all(first: int, last: int, team: Team, rules: Rules, found: Standings)
     """Judges slots and closure of the worlds ``first`` to ``last - 1``."""
     for world in range(first, last):
         stand(world, team, rules, found)
-
-
-@compiled
-def judge(
-    first: int,
-    last: int,
-    team: Team,
-    anchored: Bool,
-    before: Counts,
-    water: Complex,
-    arena: float,
-    rules: Rules,
-    found: Standings,
-    counts: Counts,
-    strayed: Bool,
-) -> None:
-    """Judges a tick of the worlds ``first`` to ``last - 1``.
-
-    Args:
-        first: first world.
-        last: world after the last one.
-        team: the true motion and situation.
-        anchored: (W,) whether goals are final.
-        before: counts before the tick.
-        water: (W,) velocity of the water at the vessels, m/s.
-        arena: half the side of the square that no body may leave, m.
-        rules: numbers by which it is judged.
-        found: receives how the teams stand.
-        counts: receives the counts after the tick.
-        strayed: (W,) receives whether a body has left the arena.
-    """
-    for world in range(first, last):
-        stand(world, team, rules, found)
-        motion = team.motion[world]
-        there = anchored[world] and at_goal(motion, team.goal[world], water[world], rules)
-        counts.occupied[world] = before.occupied[world] + 1 if found.formed[world] else 0
-        counts.delivered[world] = before.delivered[world] + 1 if there else 0
-        farthest = 0.0
-        for body in range(motion.shape[0]):
-            farthest = max(farthest, abs(motion[body, 0]), abs(motion[body, 1]))
-        strayed[world] = farthest > arena
-
-
-@compiled
-def goal_errors(motion: Float, goal: Float) -> tuple[complex, float]:
-    """Returns the goal (3,) in the vessel's frame, m, and the vessel's heading error, rad."""
-    position, turn = aim(motion, goal, direction_of(motion[0, 2]).conjugate())
-    return position, heading_error_of(turn)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from asv_env.checks import REAL, FunctionError, values
 from asv_env.compiled import compiled
 from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Ending, Float, Int, State, given
+from asv_env.tasks.payment import Happened
+from asv_env.types import Bool, Ending, Float, Int, State
 
 KIND = "metric"  #: word for a metric of a task's own in messages
 NEVER = -1  #: tick of an event that has not come
@@ -60,86 +61,93 @@ class Tick(NamedTuple):
     motion_before: Float
     motion: Float
     touching_before: Bool
-    touching: Bool
     closed_before: Bool
     closed: Bool
     occupied: Bool
-    tick: Int
-    thrust: Float
-
-
-def ticked(previous: State, state: State) -> Tick:
-    """Returns what is counted in a tick."""
-    return Tick(
-        given(previous.motion),
-        given(state.motion),
-        given(previous.touching, np.bool_),
-        given(state.touching, np.bool_),
-        given(previous.closed, np.bool_),
-        given(state.closed, np.bool_),
-        given(state.occupied, np.bool_),
-        given(state.tick, np.int64),
-        given(state.thrust),
-    )
 
 
 @compiled
 def count(
-    first: int, last: int, now: Tick, error: Float, reward: Float, full: float, tally: Tally
+    world: int,
+    now: Tick,
+    happened: Happened,
+    error: Float,
+    reward: Float,
+    full: float,
+    tally: Tally,
 ) -> None:
-    """Adds a tick of the worlds ``first`` to ``last - 1`` to the totals.
+    """Adds a tick of a world to its totals.
 
     Args:
-        first: first world.
-        last: world after the last one.
+        world: row of the world in all arrays.
         now: the tick.
+        happened: what else has happened in it.
         error: (W, 2) errors of position, m, and heading, rad.
         reward: (W, A) of the boats.
         full: sum of the thrusts of a team at full thrust for a second, in N ticks.
         tally: the totals.
     """
     team = reward.shape[1]
-    for w in range(first, last):
-        tick, thrust, total = now.tick[w], 0.0, 0.0
-        if now.closed[w] and tally.closure_tick[w] < 0:
-            tally.closure_tick[w] = tick
-        if now.closed_before[w] and not now.closed[w]:
-            tally.closure_lost[w] += 1
-        for a in range(team):
-            if now.occupied[w, a] and tally.arrival_tick[w, a] < 0:
-                tally.arrival_tick[w, a] = tick
-            if now.touching[w, a, 1] and not now.touching_before[w, a, 1]:
-                tally.collisions[w] += 1
-            thrust += abs(now.thrust[w, a, 0]) + abs(now.thrust[w, a, 1])
-            total += reward[w, a]
-        if error[w, 0] < tally.min_position_error[w]:
-            tally.min_position_error[w] = error[w, 0]
-            tally.heading_error_at_min[w] = error[w, 1]
-        dx = now.motion[w, 0, 0] - now.motion_before[w, 0, 0]
-        dy = now.motion[w, 0, 1] - now.motion_before[w, 0, 1]
-        tally.path_length[w] += math.hypot(dx, dy)
-        tally.effort[w] += thrust / full
-        tally.episode_return[w] += total / team
+    tick, thrust, total = happened.tick[world], 0.0, 0.0
+    if now.closed[world] and tally.closure_tick[world] < 0:
+        tally.closure_tick[world] = tick
+    if now.closed_before[world] and not now.closed[world]:
+        tally.closure_lost[world] += 1
+    for boat in range(team):
+        if now.occupied[world, boat] and tally.arrival_tick[world, boat] < 0:
+            tally.arrival_tick[world, boat] = tick
+        touched = now.touching_before[world, boat, 1]
+        if happened.touching[world, boat, 1] and not touched:
+            tally.collisions[world] += 1
+        left, right = happened.thrust[world, boat, 0], happened.thrust[world, boat, 1]
+        thrust += abs(left) + abs(right)
+        total += reward[world, boat]
+    if error[world, 0] < tally.min_position_error[world]:
+        tally.min_position_error[world] = error[world, 0]
+        tally.heading_error_at_min[world] = error[world, 1]
+    dx = now.motion[world, 0, 0] - now.motion_before[world, 0, 0]
+    dy = now.motion[world, 0, 1] - now.motion_before[world, 0, 1]
+    tally.path_length[world] += math.hypot(dx, dy)
+    tally.effort[world] += thrust / full
+    tally.episode_return[world] += total / team
+
+
+FLAGS = ("is_success", "strayed")
+NUMBERS = (
+    *("position_error", "heading_error", "time_to_closure", "closure_spread", "time_to_goal"),
+    *("min_position_error", "heading_error_at_min", "path_length", "effort", "episode_return"),
+)
+WHOLES = ("closure_lost", "collisions")
+"""Names of the metrics that every task has: truth values, real and whole numbers."""
 
 
 @compiled
-def _events(
+def _report(
     tally: Tally,
+    error: Float,
     reached: Bool,
+    strayed: Bool,
     tick: Int,
     second: float,
-    time_to_closure: Float,
-    closure_spread: Float,
-    time_to_goal: Float,
+    flags: Bool,
+    numbers: Float,
+    wholes: Int,
 ) -> None:
-    """Writes the times of events, s, infinite where they have not come; ``second`` is in ticks."""
+    """Writes the metrics ``FLAGS``, ``NUMBERS`` and ``WHOLES``, (n, W); a second is in ticks."""
     for w in range(len(tick)):
-        arrival = tally.arrival_tick[w]
-        spread = (arrival.max() - arrival.min()) / second
-        closed = tally.closure_tick[w] / second
-        time_to_closure[w] = closed if tally.closure_tick[w] >= 0 else np.inf
-        closure_spread[w] = spread if arrival.min() >= 0 else np.inf
-        time_to_goal[w] = tick[w] / second if reached[w] else np.inf
+        flags[0, w], flags[1, w] = reached[w], strayed[w]
+        arrival, closed = tally.arrival_tick[w], tally.closure_tick[w]
+        first, last = arrival.min(), arrival.max()
+        numbers[0, w], numbers[1, w] = error[w, 0], error[w, 1]
+        numbers[2, w] = closed / second if closed >= 0 else np.inf
+        numbers[3, w] = (last - first) / second if first >= 0 else np.inf
+        numbers[4, w] = tick[w] / second if reached[w] else np.inf
+        numbers[5, w] = tally.min_position_error[w]
+        numbers[6, w] = tally.heading_error_at_min[w]
+        numbers[7, w] = tally.path_length[w]
+        numbers[8, w] = tally.effort[w]
+        numbers[9, w] = tally.episode_return[w]
+        wholes[0, w], wholes[1, w] = tally.closure_lost[w], tally.collisions[w]
 
 
 def summary(
@@ -155,19 +163,15 @@ def summary(
     They are ``is_success``, ``strayed``, errors (m, rad), times (s, infinite where the event has
     not come), the running totals, and the metrics of the task's own.
     """
-    times = np.empty((3, len(state.tick)))
-    reached, tick = given(ending.reached, np.bool_), given(state.tick, np.int64)
-    _events(tally, reached, tick, float(params.clock.control), *times)
-    totals = tally._asdict()
-    del totals["closure_tick"], totals["arrival_tick"]
-    found = {
-        "is_success": ending.reached.copy(),
-        "strayed": ending.strayed.copy(),
-        "position_error": error[:, 0].copy(),
-        "heading_error": error[:, 1].copy(),
-        **dict(zip(("time_to_closure", "closure_spread", "time_to_goal"), times, strict=True)),
-        **{name: total.copy() for name, total in totals.items()},
-    }
+    worlds = len(state.tick)
+    flags = np.empty((len(FLAGS), worlds), dtype=np.bool_)
+    numbers = np.empty((len(NUMBERS), worlds))
+    wholes = np.empty((len(WHOLES), worlds), dtype=np.int64)
+    happened = ending.reached, ending.strayed, state.tick, float(params.clock.control)
+    _report(tally, error, *happened, flags, numbers, wholes)
+    found: dict[str, Any] = dict(zip(FLAGS, flags, strict=True))
+    found.update(zip(NUMBERS, numbers, strict=True))
+    found.update(zip(WHOLES, wholes, strict=True))
     for one in params.definition.metrics:
         if one.name in found:
             raise FunctionError(f"{KIND} {one.name!r}: there is one already: choose another name")

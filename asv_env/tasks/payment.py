@@ -1,11 +1,10 @@
-"""The loops that compute the built-in reward terms of all worlds."""
+"""The built-in reward terms of a world."""
 
 from typing import NamedTuple
 
 from asv_env.compiled import compiled
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.tasks.judge import Team, goal_errors
-from asv_env.tasks.laws import around, cost_to_go, direction_of, gaussian
+from asv_env.tasks.laws import aim, cost_to_go, direction_of, gaussian, heading_error_of
 from asv_env.types import Bool, Float, Int
 
 LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
@@ -67,37 +66,44 @@ def prices(params: EnvParams) -> Prices:
     )
 
 
-@compiled
-def closeness_to_slots(world: int, team: Team, length: float) -> float:
-    """Returns minus the mean distance of the working boats to their slots, vessel lengths."""
-    motion, total, working = team.motion[world], 0.0, 0
-    to_vessel = direction_of(motion[0, 2]).conjugate()
-    for boat in range(team.slot.shape[1]):
-        if team.working[world, boat]:
-            slot = team.slot[world, boat]
-            total += abs(around(motion, boat + 1, to_vessel, slot, team.side[world])[1])
-            working += 1
-    return -total / (length * working)
+class Worth(NamedTuple):
+    """What true states are worth, and how far the vessels are from their goals."""
+
+    #: (W, P) potentials, dimensionless: minus the mean distance of the working boats to their
+    #: slots and minus the cost-to-go, both in vessel lengths; and a Gaussian round the goal pose
+    potential: Float
+    error: Float  #: (W, 2) errors of position, m, and heading, rad
 
 
 @compiled
 def evaluate(
-    first: int, last: int, team: Team, prices: Prices, potential: Float, error: Float
+    world: int,
+    slot_distance: float,
+    goal: Float,
+    motion: Float,
+    side: float,
+    prices: Prices,
+    worth: Worth,
 ) -> None:
-    """Writes potentials (W, P) and errors (W, 2) of the worlds ``first`` to ``last - 1``.
+    """Writes what the state of a world is worth.
 
-    The potentials, dimensionless, are ``closeness_to_slots``, minus the cost-to-go in vessel
-    lengths, and a Gaussian round the goal pose. The errors are those of position, m, and heading,
-    rad, of the vessel.
+    Args:
+        world: row of the world in ``worth``.
+        slot_distance: mean distance of the working boats to their slots, m.
+        goal: (3,) pose of the goal.
+        motion: (B, 6) of the world.
+        side: from which the team pushes, +1 or -1.
+        prices: what things are worth.
+        worth: receives it.
     """
-    for world in range(first, last):
-        goal, heading_error = goal_errors(team.motion[world], team.goal[world])
-        cost = cost_to_go(goal, heading_error, team.side[world], prices.size)
-        width = GAUSSIAN[0] * prices.size
-        potential[world, CLOSURE] = closeness_to_slots(world, team, prices.length)
-        potential[world, DELIVERY] = -cost / prices.length
-        potential[world, PRECISION] = gaussian(abs(goal), heading_error, width, GAUSSIAN[1])
-        error[world, 0], error[world, 1] = abs(goal), heading_error
+    position, turn = aim(motion, goal, direction_of(motion[0, 2]).conjugate())
+    distance, heading_error = abs(position), heading_error_of(turn)
+    cost = cost_to_go(position, heading_error, side, prices.size)
+    precision = gaussian(distance, heading_error, GAUSSIAN[0] * prices.size, GAUSSIAN[1])
+    worth.potential[world, CLOSURE] = -slot_distance / prices.length
+    worth.potential[world, DELIVERY] = -cost / prices.length
+    worth.potential[world, PRECISION] = precision
+    worth.error[world, 0], worth.error[world, 1] = distance, heading_error
 
 
 @compiled
@@ -116,50 +122,44 @@ def straying(tick: int, prices: Prices) -> float:
 
 @compiled
 def pay(
-    first: int,
-    last: int,
+    world: int,
     before: Float,
-    after: Float,
-    error: Float,
+    worth: Worth,
     happened: Happened,
     prices: Prices,
     weight: Float,
     paid: Payments,
 ) -> None:
-    """Computes the reward terms of a tick of the worlds ``first`` to ``last - 1``.
+    """Computes the reward terms of a tick of a world.
 
     Args:
-        first: first world.
-        last: world after the last one.
+        world: row of the world in all arrays.
         before: (W, P) potentials before the tick.
-        after: (W, P) potentials after it.
-        error: (W, 2) errors of position, m, and heading, rad.
+        worth: what the states after it are worth.
         happened: what else is paid for.
         prices: what things are worth.
         weight: (9,) factors on the columns ``COLUMNS``.
         paid: receives the weighted terms and their sums.
     """
-    for world in range(first, last):
-        terms = paid.shared[world]
-        for k in range(SUCCESS):
-            rise = after[world, k] - before[world, k]
-            terms[k] = min(max(rise, -LARGEST_STEP), LARGEST_STEP)
-        terms[SUCCESS] = terms[ACCURATE_SUCCESS] = terms[STRAYED] = 0.0
-        if happened.reached[world]:
-            terms[SUCCESS] = prices.success
-            terms[ACCURATE_SUCCESS] = accurate_success(error[world], prices)
-        if happened.strayed[world]:
-            terms[STRAYED] = straying(happened.tick[world], prices)
-        terms[TIME] = -prices.time
-        team_reward = 0.0
-        for k in range(SHARED):
-            terms[k] *= weight[k]
-            team_reward += terms[k]
-        for boat in range(paid.own.shape[1]):
-            thrust = happened.thrust[world, boat]
-            terms = paid.own[world, boat]
-            effort = thrust[0] * thrust[0] + thrust[1] * thrust[1]
-            terms[EFFORT] = -prices.effort * effort * weight[SHARED + EFFORT]
-            bump = -prices.collision * happened.touching[world, boat, 1]
-            terms[COLLISION] = bump * weight[SHARED + COLLISION]
-            paid.reward[world, boat] = team_reward + (terms[EFFORT] + terms[COLLISION])
+    terms = paid.shared[world]
+    for k in range(SUCCESS):
+        rise = worth.potential[world, k] - before[world, k]
+        terms[k] = min(max(rise, -LARGEST_STEP), LARGEST_STEP)
+    terms[SUCCESS] = terms[ACCURATE_SUCCESS] = terms[STRAYED] = 0.0
+    if happened.reached[world]:
+        terms[SUCCESS] = prices.success
+        terms[ACCURATE_SUCCESS] = accurate_success(worth.error[world], prices)
+    if happened.strayed[world]:
+        terms[STRAYED] = straying(happened.tick[world], prices)
+    terms[TIME] = -prices.time
+    team_reward = 0.0
+    for k in range(SHARED):
+        terms[k] *= weight[k]
+        team_reward += terms[k]
+    for boat in range(paid.own.shape[1]):
+        thrust, own = happened.thrust[world, boat], paid.own[world, boat]
+        squares = thrust[0] * thrust[0] + thrust[1] * thrust[1]
+        own[EFFORT] = -prices.effort * squares * weight[SHARED + EFFORT]
+        bump = -prices.collision * happened.touching[world, boat, 1]
+        own[COLLISION] = bump * weight[SHARED + COLLISION]
+        paid.reward[world, boat] = team_reward + (own[EFFORT] + own[COLLISION])

@@ -5,7 +5,7 @@ the way there is lost on the way back (Ng, Harada and Russell, 1999). All built-
 and collision are shared by the team. The sizes of the Gaussians grow with the vessel.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from asv_env.checks import REAL, FunctionError, choice, finite, values
+from asv_env.compiled import compiled
 from asv_env.params import EnvParams, RewardParams
 from asv_env.tasks.formation import Relations, relate
-from asv_env.tasks.judge import team
+from asv_env.tasks.judge import Standings, Team, stand, standings, team
+from asv_env.tasks.laws import Rules, rules
 from asv_env.tasks.payment import (
     COLUMNS,
     LARGEST_STEP,
@@ -24,12 +26,13 @@ from asv_env.tasks.payment import (
     SHARED,
     Happened,
     Payments,
+    Prices,
+    Worth,
     evaluate,
     pay,
     prices,
 )
 from asv_env.text import shown
-from asv_env.threads import spread
 from asv_env.types import Ending, Float, State, frozen, given
 
 KIND = "reward term"  #: word for a term in messages
@@ -67,19 +70,6 @@ Potential = Callable[[Relations, State, EnvParams], Float]
 """Potential (W,), dimensionless, of a true state."""
 
 
-Afterwards = Callable[[int, int, Float, Float], None]
-"""What follows for the worlds from one to before another one, with errors and rewards."""
-
-
-@dataclass(frozen=True)
-class Worth:
-    """What true states are worth, and how far the vessels are from their goals."""
-
-    potential: Float  #: (W, P) built-in potentials
-    error: Float  #: (W, 2) errors of position, m, and heading, rad
-    others: Float  #: (W, n) potentials of other terms
-
-
 @dataclass(frozen=True)
 class BuiltInPotential:
     """A built-in potential, see ``payment.evaluate``."""
@@ -88,7 +78,7 @@ class BuiltInPotential:
 
     def __call__(self, relations: Relations, state: State, params: EnvParams) -> Float:
         """Returns the potential (W,) of a true state."""
-        found: Float = evaluated(state, params)[0][:, POTENTIALS.index(self.column)]
+        found: Float = evaluated(state, params).potential[:, POTENTIALS.index(self.column)]
         return found
 
 
@@ -100,11 +90,7 @@ class BuiltIn:
 
     def __call__(self, now: Transition) -> Float:
         """Returns the term, (W,) or for each boat (W, A)."""
-        place, paid = COLUMNS.index(self.column), payments(*now.state.slot.shape)
-        potential, error = evaluated(now.state, now.params)
-        changes = potential, potential, error
-        weight = given(np.ones(len(COLUMNS)))
-        pay(0, len(error), *changes, happened(now), prices(now.params), weight, paid)
+        place, paid = COLUMNS.index(self.column), _paid(now)
         return paid.shared[:, place] if place < SHARED else paid.own[..., place - SHARED]
 
 
@@ -173,26 +159,51 @@ def without(*names: str) -> tuple[Term, ...]:
     return tuple(replace(term, weight=0.0) if term.name in names else term for term in TERMS)
 
 
-def evaluated(state: State, params: EnvParams) -> tuple[Float, Float]:
-    """Returns the built-in potentials (W, P) and the errors (W, 2) of a true state."""
-    worlds = len(state.tick)
-    potential, error = np.empty((worlds, len(POTENTIALS))), np.empty((worlds, 2))
-    evaluate(0, worlds, team(state, state.motion), prices(params), potential, error)
-    return potential, error
+@compiled
+def _evaluate_all(
+    team: Team, numbers: tuple[Rules, Prices], found: Standings, worth: Worth
+) -> None:
+    rules, prices = numbers
+    for w in range(len(team.side)):
+        distance = stand(w, team, rules, found)
+        evaluate(w, distance, team.goal[w], team.motion[w], team.side[w], prices, worth)
 
 
-def happened(now: Transition) -> Happened:
-    """Returns what is paid for in a tick."""
-    state, ending = now.state, now.ending
-    flags = given(ending.reached, np.bool_), given(ending.strayed, np.bool_)
-    touching = given(state.touching, np.bool_)
-    return Happened(*flags, given(state.tick, np.int64), given(state.thrust), touching)
+@compiled
+def _pay_all(
+    before: Float, worth: Worth, happened: Happened, prices: Prices, weight: Float, paid: Payments
+) -> None:
+    for w in range(len(before)):
+        pay(w, before, worth, happened, prices, weight, paid)
 
 
-def payments(worlds: int, boats: int) -> Payments:
+def evaluated(state: State, params: EnvParams) -> Worth:
+    """Returns what a true state is worth."""
+    worth, teams = blank_worth(len(state.tick)), team(state, state.motion)
+    _evaluate_all(teams, (rules(params), prices(params)), standings(teams), worth)
+    return worth
+
+
+def blank_worth(worlds: int) -> Worth:
+    """Returns memory for what the states of so many worlds are worth."""
+    return Worth(np.empty((worlds, len(POTENTIALS))), np.empty((worlds, 2)))
+
+
+def blank_payments(worlds: int, boats: int) -> Payments:
     """Returns memory for the terms of so many worlds and boats."""
     shape = (worlds, boats)
     return Payments(np.empty((worlds, SHARED)), np.empty((*shape, OWN)), np.empty(shape))
+
+
+def _paid(now: Transition) -> Payments:
+    """Returns the built-in terms of a tick without weights, and without rises of potentials."""
+    state, ending = now.state, now.ending
+    flags = given(ending.reached, np.bool_), given(ending.strayed, np.bool_)
+    seen = given(state.tick, np.int64), given(state.thrust), given(state.touching, np.bool_)
+    worth, paid = evaluated(state, now.params), blank_payments(*state.slot.shape)
+    numbers = prices(now.params), np.ones(len(COLUMNS))
+    _pay_all(worth.potential, worth, Happened(*flags, *seen), *numbers, paid)
+    return paid
 
 
 def checked_total(terms: dict[str, Float], reward: Float) -> Float:
@@ -207,82 +218,28 @@ def checked_total(terms: dict[str, Float], reward: Float) -> Float:
     return reward
 
 
-class Rewards:
-    """Rewards of W worlds by the terms of a task, with the potentials after the last tick.
-
-    Built-in terms are computed by compiled loops, each once; all others by their functions.
-    """
+class Terms:
+    """The reward terms of a task: built-in ones are columns, all others have functions."""
 
     def __init__(self, terms: Sequence[Term], params: EnvParams) -> None:
-        self._params, self._prices = params, prices(params)
+        self._params = params
         weight, taken = np.zeros(len(COLUMNS)), set()
         self._columns: list[tuple[str, int]] = []
-        self._others: list[Term] = []
+        #: terms with functions of a user's
+        self.others: list[Term] = []
         for term in terms:
             place = term.column
             if place is None or place in taken:
-                self._others.append(term)
+                self.others.append(term)
             else:
                 self._columns.append((term.name, place))
                 weight[place] = term.factor(params)
                 taken.add(place)
         self._names = [term.name for term in terms]
-        self._weight = given(weight)
-        self._rising = [term for term in self._others if term.potential is not None]
-        self.only_built_in = not self._others  #: whether no term has a function of a user's
+        self.weight = weight  #: (9,) factors on the columns
+        self._rising = [term for term in self.others if term.potential is not None]
 
-    def evaluate(self, state: State) -> Worth:
-        """Returns what a true state is worth."""
-        potential, error = evaluated(state, self._params)
-        return Worth(potential, error, self._own_potentials(state))
-
-    def pay(
-        self, now: Transition, before: Worth, num_threads: int, afterwards: Afterwards
-    ) -> tuple[Worth, dict[str, Float], Float]:
-        """Pays for a tick, before which the state was worth so much.
-
-        Args:
-            now: the tick.
-            before: what the state before it was worth.
-            num_threads: number of threads over which the worlds are spread.
-            afterwards: is called with a range of worlds, their errors (W, 2) and rewards (W, A).
-
-        Returns:
-            What the state after it is worth; the weighted terms by name, (W, 1) shared or (W, A)
-            for each boat; and the rewards (W, A).
-
-        Raises:
-            FunctionError: a function of a term fails, or a term is not finite.
-        """
-        worlds, boats = now.state.slot.shape
-        potential: Float = np.empty((worlds, len(POTENTIALS)))
-        error: Float = np.empty((worlds, 2))
-        teams, paid, what = (
-            team(now.state, now.state.motion),
-            payments(worlds, boats),
-            happened(now),
-        )
-
-        def run(first: int, last: int, thread: int) -> None:
-            evaluate(first, last, teams, self._prices, potential, error)
-            changes = before.potential, potential, error
-            pay(first, last, *changes, what, self._prices, self._weight, paid)
-            if self.only_built_in:
-                afterwards(first, last, error, paid.reward)
-
-        spread(run, worlds, num_threads)
-        terms, reward = self._terms(paid), paid.reward
-        others: Float = np.zeros((worlds, 0))
-        if not self.only_built_in:
-            others = self._own_potentials(now.state)
-            rises = np.clip(others - before.others, -LARGEST_STEP, LARGEST_STEP)
-            reward += self._add_others(now, iter(rises.T), terms)
-        checked_total(terms, reward)
-        if not self.only_built_in:
-            spread(lambda first, last, _: afterwards(first, last, error, reward), worlds, 1)
-        return Worth(potential, error, others), terms, reward
-
-    def _terms(self, paid: Payments) -> dict[str, Float]:
+    def named(self, paid: Payments) -> dict[str, Float]:
         """Returns the built-in terms by name, in their places among all terms."""
         terms: dict[str, Float] = dict.fromkeys(self._names, _NOTHING)
         for name, place in self._columns:
@@ -292,7 +249,7 @@ class Rewards:
                 terms[name] = paid.own[..., place - SHARED]
         return terms
 
-    def _own_potentials(self, state: State) -> Float:
+    def potentials(self, state: State) -> Float:
         """Returns the potentials (W, n) that functions of users compute."""
         found, forms = np.empty((len(state.tick), len(self._rising))), {state.tick.shape: REAL}
         if self._rising:
@@ -303,13 +260,16 @@ class Rewards:
                 found[:, column] = values(forms, KIND, term.name, potential, *known)
         return found
 
-    def _add_others(
-        self, now: Transition, rises: Iterator[Float], terms: dict[str, Float]
-    ) -> Float:
-        """Adds the terms that functions of users compute; returns their sum (W, A)."""
-        total = np.zeros(now.state.slot.shape)
+    def add_others(
+        self, now: Transition, before: Float, after: Float, terms: dict[str, Float], reward: Float
+    ) -> None:
+        """Adds the terms that functions of users compute to ``terms`` and to ``reward`` (W, A).
+
+        ``potentials`` before and after the tick are (W, n).
+        """
+        rises = iter(np.clip(after - before, -LARGEST_STEP, LARGEST_STEP).T)
         of_team, each = {now.state.tick.shape: REAL}, {now.state.slot.shape: REAL}
-        for term in self._others:
+        for term in self.others:
             if term.value is None:
                 value: Float = next(rises)
             else:
@@ -318,8 +278,7 @@ class Rewards:
             if term.weight != 1.0:
                 value = term.factor(self._params) * value
             terms[term.name] = value[:, None] if term.shared else value
-            total += terms[term.name]
-        return total
+            reward += terms[term.name]
 
 
 _NOTHING = np.zeros((0, 1))  # A place that a user's term will take.

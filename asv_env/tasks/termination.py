@@ -19,24 +19,20 @@ from asv_env.tasks.formation import Relations, relate
 from asv_env.types import Bool, Complex, Ending, State, frozen
 
 
-def ending(state: State, strayed: Bool, water: Complex, params: EnvParams) -> Ending:
-    """Returns how the worlds stand at the end of a control tick.
+def ending(state: State, ending: Ending, water: Complex, params: EnvParams) -> Ending:
+    """Returns how the worlds stand at the end of a control tick, by the task's own success.
 
-    The state is true and its counters are already advanced; ``strayed`` (W,) tells where a body
-    has left the arena, and ``water`` is the velocity (W,) of the water at the vessel, m/s.
+    The state is true and its counters are already advanced; ``ending`` is that without success, and
+    ``water`` is the velocity (W,) of the water at the vessel, m/s.
     """
     task, forms = params.definition, {state.tick.shape: TRUTH}
-    relations = None
-    if task.success not in (slots_occupied, vessel_delivered):
-        relations = frozen(relate(state.motion, state.goal, state.slot, state.side))
+    relations = frozen(relate(state.motion, state.goal, state.slot, state.side))
     known = relations, state, water, params
     reached = values(forms, "success of task", task.name, task.success, *known)
-    return Ending(reached & ~strayed, strayed, state.tick >= params.time_limit_ticks)
+    return Ending(reached & ~ending.strayed, ending.strayed, ending.timed_out)
 
 
-def slots_occupied(
-    relations: Relations | None, state: State, water: Complex, params: EnvParams
-) -> Bool:
+def slots_occupied(relations: Relations, state: State, water: Complex, params: EnvParams) -> Bool:
     """Returns (W,) whether all slots have been occupied for ``hold_time``."""
     return state.occupied_ticks >= hold_ticks(params)
 
@@ -46,9 +42,7 @@ def hold_ticks(params: EnvParams) -> int:
     return max(1, round(params.task.hold_time * params.clock.control))
 
 
-def vessel_delivered(
-    relations: Relations | None, state: State, water: Complex, params: EnvParams
-) -> Bool:
+def vessel_delivered(relations: Relations, state: State, water: Complex, params: EnvParams) -> Bool:
     """Returns (W,) whether the vessel is delivered to a goal that is final."""
     return state.delivered_ticks >= delivery_ticks(params)
 
