@@ -18,7 +18,7 @@ from asv_env.params import ACTION_MODES
 from asv_env.text import one_line
 
 LIBRARIES = {
-    "": ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk", "tyro"),
+    "": ("asv-env", "numpy", "scipy", "gymnasium", "pettingzoo", "pymunk", "numba", "tyro"),
     "eval": (
         *("filelock", "joblib", "jinja2", "matplotlib", "pandas", "tqdm", "pygame-ce", "pillow"),
         *("imageio", "imageio-ffmpeg", "cloudpickle"),
