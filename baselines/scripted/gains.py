@@ -1,37 +1,59 @@
 """Everything by which the scripted controller can be tuned, in SI units.
 
-The values were chosen on development seeds, by the share and the time of deliveries; the comments
-give their meaning, not their derivation.
+Gains that follow from a time constant, a size or a speed say so. The others, ``FOUND``, were
+searched on development seeds by ``baselines.scripted.tune``, which writes the file from which they
+are read. Lengths, speeds and times are those of a boat of 12 cm and a vessel of 0.40 m.
 """
 
+import json
 from dataclasses import dataclass
+from pathlib import Path
+
+FILE = Path(__file__).with_name("tuned.json")
+FOUND: dict[str, float] = json.loads(FILE.read_text(encoding="utf-8"))["gains"]
+"""Gains by name that were searched."""
 
 
 @dataclass(frozen=True)
 class GraspGains:
     """Gains of the approach to the vessel (``GraspController``)."""
 
-    sigma: float = 0.7  #: decay of the spiral (Eq 2), rad
-    cruise_speed: float = 0.16  #: speed of the boat with the longest path; others slow down, m/s
+    sigma: float = 0.7  #: decay of the spiral (Eq 2), rad; a tighter one than the paper's 1
+    #: speed of the boat with the longest path, m/s: four fifths of a full action, so that it can
+    #: catch up; others slow down
+    cruise_speed: float = 0.16
     max_speed: float = 0.2  #: speed limit of boats that are late, m/s: a full action
-    arrival_gain: float = (
-        0.22  #: speed limit per distance to a waypoint, 1/s: half a turn takes 4.5 s
-    )
-    velocity_time: float = 1.0  #: time constant with which boats change their velocity, s
-    avoidance_range: float = 0.2  #: distance below which boats avoid each other on their paths, m
-    avoidance_speed: float = 0.08  #: speed at which boats avoid each other at distance 0, m/s
-    waypoint_height: float = 0.1  #: height of the waypoints above the slots, m
-    patience: float = 10.0  #: time after which the team no longer waits for boats that are late, s
-    docking_half_width: float = 0.1  #: half-width of the region where boats dock, m
-    docking_height: float = 0.35  #: height of the region above its target where a boat docks, m
+    #: speed limit per distance to a waypoint, 1/s: half a turn takes 4.5 s, in which the distance
+    #: is not to be covered
+    arrival_gain: float = 0.22
+    velocity_time: float = FOUND["velocity_time"]  #: time constant of boats' velocities, s
+    #: distance below which boats avoid each other on their paths, m
+    avoidance_range: float = FOUND["avoidance_range"]
+    #: speed at which boats avoid each other at distance 0, m/s
+    avoidance_speed: float = FOUND["avoidance_speed"]
+    waypoint_height: float = 0.1  #: height of the waypoints above the slots, m: bows clear hulls
+    #: time after which the team no longer waits for boats that are late, s: two half turns
+    patience: float = 10.0
+    #: half-width of the region where boats dock, m: the height of the waypoints, a slope of 1
+    docking_half_width: float = 0.1
+    #: height of the region above its target where a boat docks, m: half a vessel's and two boats'
+    #: lengths
+    docking_height: float = 0.35
     descent_gain: float = 1.0  #: speed of a docking boat per height, 1/s: time constant 1 s
-    descent_speed: float = 0.06  #: speed limit of a docking boat, m/s
-    lookahead: float = 0.04  #: distance over which docking boats return to their lines, m
-    lookahead_time: float = 0.7  #: growth of the lookahead with the speed, s
-    pointing_speed: float = 0.09  #: least speed towards the hull that is steered for, m/s
-    funnel_slope: float = 0.6  #: growth of the half-width of a slot's funnel with height
-    retry_height: float = 0.06  #: height below which a boat outside the funnel has missed, m
-    standoff: float = 0.007  #: gap to the hull in which boats wait for closure, m
+    descent_speed: float = FOUND["descent_speed"]  #: speed limit of a docking boat, m/s
+    #: distance over which docking boats return to their lines, m, and its growth with speed, s
+    lookahead: float = FOUND["lookahead"]
+    lookahead_time: float = FOUND["lookahead_time"]
+    #: least speed towards the hull that is steered for, m/s: bows point within 45 degrees of it
+    #: where a boat is to move sideways as fast as this
+    pointing_speed: float = 0.09
+    funnel_slope: float = (
+        0.6  #: growth of the half-width of a slot's funnel with height: 31 degrees
+    )
+    #: height below which a boat outside the funnel has missed, m: half its length
+    retry_height: float = 0.06
+    #: gap to the hull in which boats wait for closure, m: a quarter of the slot's tolerance
+    standoff: float = 0.007
 
 
 @dataclass(frozen=True)
@@ -39,18 +61,26 @@ class PushGains:
     """Gains of the push (``PushController``)."""
 
     speed_gain: float = 1.33  #: force per mass and speed error, 1/s: time constant 0.75 s
-    moment_reserve: float = 0.6  #: force kept for moments, fraction of the drag at full speed
-    contact_force: float = 0.145  #: least force of side boats, fraction of the drag at full speed
-    max_end_force: float = 8e-3  #: largest force of the end boats along a hull of 0.40 m, N
-    min_end_force: float = 7e-4  #: least force with which each end boat presses on the hull, N
+    #: force kept for moments, fraction of the drag at full speed
+    moment_reserve: float = FOUND["moment_reserve"]
+    #: least force of side boats, fraction of the drag at full speed
+    contact_force: float = FOUND["contact_force"]
+    #: largest force of the end boats along a hull of 0.40 m, N: two fifths of a boat's thrust
+    max_end_force: float = 8e-3
+    #: least force with which each end boat presses on the hull, N
+    min_end_force: float = FOUND["min_end_force"]
     spread: float = 1.2  #: position of the side boats along the hull, relative to their slots
     gap_gain: float = 0.2  #: closing speed per gap to the hull, 1/s: time constant 5 s
-    yaw_offset_gain: float = 2.2  #: yaw offset of side boats per distance to their places, rad/m
-    friction_compensation: float = 0.32  #: fraction of lateral friction compensated by a yaw offset
-    lateral_gain: float = 0.23  #: speed of end boats per distance to go, 1/s: time constant 4.3 s
-    release_error: float = 0.5  #: error of the pose of rest at which the team lets go, tolerances
+    #: yaw offset of side boats per distance to their places, rad/m
+    yaw_offset_gain: float = FOUND["yaw_offset_gain"]
+    #: fraction of lateral friction compensated by a yaw offset
+    friction_compensation: float = FOUND["friction_compensation"]
+    lateral_gain: float = 0.23  #: speed of end boats per clearance, 1/s: time constant 4.3 s
+    #: error of the pose of rest at which the team lets go, tolerances
+    release_error: float = FOUND["release_error"]
+    #: growth of that error with the distance beyond where it was to let go
+    hurry: float = 1.0
     stop_short: float = 0.1  #: how far short of the goal the vessel is to rest, tolerances
-    hurry: float = 1.0  #: growth of that error with the distance beyond where it was to let go
     release_gap: float = 0.02  #: gap to the hull of boats that stand off, m
     release_gain: float = 0.5  #: speed of standing off per gap, 1/s: time constant 2 s
     release_speed: float = 0.03  #: speed limit of standing off, m/s
@@ -60,21 +90,29 @@ class PushGains:
 class PathGains:
     """Which paths the vessel takes, and how fast (``PathPlanner``)."""
 
-    widest_radius: float = 3.8  #: radius of the widest arcs considered, half-lengths of the vessel
-    tightest_radius: float = 0.56  #: radius of the tightest arcs considered, fraction of the widest
-    radius_cost: float = 0.75  #: path length worth an arc wider by a half-length, vessel lengths
-    final_straight: float = 0.36  #: longest straight at the end of a path, vessel lengths
-    straight_cost: float = 2.2  #: path length worth a straight longer by a length, vessel lengths
-    speed: float = 0.069  #: cruising speed of the vessel, m/s
-    braking: float = 0.36  #: speed near the goal, fraction of that from which it coasts to rest
-    goal_speed: float = 0.004  #: speed at the goal, m/s, of a vessel that is pushed to the end
+    #: radius of the widest arcs considered, half-lengths of the vessel
+    widest_radius: float = FOUND["widest_radius"]
+    #: radius of the tightest arcs considered, fraction of the widest
+    tightest_radius: float = FOUND["tightest_radius"]
+    #: path length worth an arc wider by a half-length, vessel lengths
+    radius_cost: float = FOUND["radius_cost"]
+    #: longest straight at the end of a path, vessel lengths
+    final_straight: float = FOUND["final_straight"]
+    #: path length worth a straight longer by a length, vessel lengths
+    straight_cost: float = FOUND["straight_cost"]
+    speed: float = FOUND["speed"]  #: cruising speed of the vessel, m/s
+    #: speed near the goal, fraction of that from which it coasts to rest
+    braking: float = FOUND["braking"]
+    #: speed at the goal of a vessel that is pushed to the end, m/s
+    goal_speed: float = FOUND["goal_speed"]
 
 
 @dataclass(frozen=True)
 class Tolerances:
     """Deviations and efforts that cost the same in ``PreviewLqr`` (Bryson's rule)."""
 
-    cross_track: float = 0.04  #: distance from the path, m
-    heading: float = 0.035  #: heading error, rad
-    force: float = 3.9e-3  #: force along the hull, N; 0 where no boat can exert one
-    moment: float = 3e-4  #: moment on a vessel of 0.40 m, N m; scales with the length squared
+    cross_track: float = FOUND["cross_track"]  #: distance from the path, m
+    heading: float = FOUND["heading"]  #: heading error, rad
+    force: float = FOUND["force"]  #: force along the hull, N; 0 where no boat can exert one
+    #: moment on a vessel of 0.40 m, N m; scales with the length squared
+    moment: float = FOUND["moment"]

@@ -1,0 +1,186 @@
+"""Tunes the gains of the scripted policy that were searched: ``python -m baselines.scripted.tune``.
+
+The cross-entropy method searches the logarithms of ``gains.FOUND``, first those of the approach,
+then those of the push. A candidate's score is the share of development episodes in which it
+succeeds, and how fast, averaged over ``SCENARIOS``; every generation has episodes of its own, the
+same for all its candidates.
+"""
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import asdict, dataclass, fields, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, cast
+
+import numpy as np
+import tyro
+from tqdm import tqdm
+
+from asv_env.checks import check_whole
+from asv_env.files import write_text
+from asv_env.params import EnvParams
+from asv_env.presets import make_params
+from asv_env.types import Float
+from baselines.rollout import provenance, runner, seeds
+from baselines.rollout.commands import FilePath, command
+from baselines.rollout.cross_entropy import search
+from baselines.rollout.episodes import Episode
+from baselines.rollout.lock import locked
+from baselines.scripted import gains
+from baselines.scripted.gains import GraspGains, PathGains, PushGains, Tolerances
+from baselines.scripted.planner import PathPlanner
+from baselines.scripted.scripted_policy import ScriptedPolicy
+
+PROGRAM = "python -m baselines.scripted.tune"
+SCENARIOS = ("nominal", "noisy", "mismatch")
+STAGES = {"approach": (GraspGains,), "push": (PushGains, PathGains, Tolerances)}
+"""Task of the episodes of each part of the search, and the gains that are searched in it."""
+SPREAD = 0.15  #: standard deviation of the logarithms of the first candidates
+HASTE = 0.2  #: weight of the time that is left at a success; that of the success is 1
+LOG = "scores.jsonl"  #: file name of the scores
+Values = Mapping[str, float]  #: gains by name
+Kind = TypeVar("Kind", GraspGains, PushGains, PathGains, Tolerances)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How long is searched, and where the results are kept."""
+
+    generations: int = 6  #: generations of each part of the search
+    population: int = 10  #: candidates of a generation
+    elite: int = 4  #: candidates of a generation to which the next one is fitted
+    episodes: int = 20  #: episodes of a candidate in each scenario
+    checked: int = 100  #: episodes in each scenario in which the result is compared with the start
+    workers: int = 2  #: processes
+    seed: int = seeds.DEVELOPMENT.start + 10_000_000  #: first seed of the episodes
+    out: FilePath = Path("runs/scripted-tune")  #: folder of the scores, from which a search resumes
+    result: FilePath = gains.FILE  #: file that is written
+
+    def __post_init__(self) -> None:
+        check_whole(self, "generations population episodes checked workers", 1)
+        check_whole(self, "elite", 2, self.population - 1)
+        count = len(STAGES) * self.generations * self.episodes + self.checked
+        seeds.check(range(self.seed, self.seed + count), "development")
+
+
+def policy(params: EnvParams, values: Values) -> ScriptedPolicy:
+    """Returns the scripted policy with other values of the gains that are searched."""
+    grasp, push = changed(GraspGains(), values), changed(PushGains(), values)
+    nominal = params.rescaled(1.0 / params.scale)
+    planner = PathPlanner(nominal.hulls()[0], changed(PathGains(), values))
+    return ScriptedPolicy(params, grasp, push, changed(Tolerances(), values), planner)
+
+
+def changed(base: Kind, values: Values) -> Kind:
+    """Returns gains with other values of those that have one."""
+    own: Any = {f.name: values[f.name] for f in fields(cast(Any, base)) if f.name in values}
+    return cast(Kind, replace(cast(Any, base), **own))
+
+
+def episodes(values: Values, task: str, scenario: str, wanted: range) -> list[Episode]:
+    """Returns the episodes of the seeds wanted, run with these gains."""
+    params = make_params(task, scenario=scenario)
+    logs = runner.run(lambda given: policy(given, values), params, wanted, len(wanted))
+    return sorted((log.episode for log in logs), key=lambda row: row.seed)
+
+
+def score(rows: Sequence[Episode], time_limit: float) -> float:
+    """Returns the mean of successes and, weighted by ``HASTE``, of the time that they leave."""
+    left = [row.success * (1 + HASTE * (1 - row.duration / time_limit)) for row in rows]
+    return float(np.mean(left))
+
+
+class Scores:
+    """Scores of candidates, kept in a file: a search that was stopped finds them there again."""
+
+    def __init__(self, path: Path, executor: Executor) -> None:
+        self._path, self._executor = path, executor
+        self._code = provenance.code("baselines.scripted.tune")
+        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+        whole = [line for line in lines if line.endswith("}")]
+        self._known = {line["key"]: line["score"] for line in map(json.loads, whole)}
+
+    def score(self, values: Values, task: str, wanted: range) -> float:
+        """Returns the score of gains in a task over seeds, averaged over the scenarios."""
+        key = f"{self._code} {task} {wanted} {sorted(values.items())}"
+        if key not in self._known:
+            limit, same = make_params(task).task.time_limit, len(SCENARIOS)
+            jobs = [values] * same, [task] * same, SCENARIOS, [wanted] * same
+            found = self._executor.map(episodes, *jobs)
+            self._known[key] = float(np.mean([score(rows, limit) for rows in found]))
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"key": key, "score": self._known[key]}) + "\n")
+        return self._known[key]
+
+
+def improved(start: Values, task: str, options: Options, first: int, scores: Scores) -> Values:
+    """Returns gains, to three digits, of which those of a task were searched from a seed on."""
+    known = {field.name for kind in STAGES[task] for field in fields(kind)}
+    names = [name for name in start if name in known]
+    total = options.generations * options.population
+    with tqdm(total=total, desc=task, unit="candidate", file=sys.stderr) as bar:
+
+        def values_of(candidate: Float) -> dict[str, float]:
+            pairs = zip(names, np.exp(candidate).tolist(), strict=True)
+            return {**start, **{name: float(f"{value:.3g}") for name, value in pairs}}
+
+        def objective(candidate: Float) -> float:
+            begin = first + bar.n // options.population * options.episodes
+            wanted = range(begin, begin + options.episodes)
+            found = scores.score(values_of(candidate), task, wanted)
+            bar.update()
+            bar.set_postfix(score=f"{found:.3f}")
+            return found
+
+        mean = np.log([start[name] for name in names])
+        rng = np.random.default_rng(options.seed)
+        numbers = options.generations, options.population, options.elite
+        return values_of(search(objective, mean, np.full_like(mean, SPREAD), rng, *numbers))
+
+
+def check(values: Values, wanted: range, executor: Executor) -> dict[str, float]:
+    """Returns the shares of transports that are delivered, by scenario."""
+    same = len(SCENARIOS)
+    jobs = [values] * same, ["transport"] * same, SCENARIOS, [wanted] * same
+    found = executor.map(episodes, *jobs)
+    shares = [float(np.mean([row.success for row in rows])) for rows in found]
+    return dict(zip(SCENARIOS, shares, strict=True))
+
+
+def tune(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Search the gains of the scripted policy on development seeds.
+
+    Repeat the command to continue a search that was stopped.
+
+    Raises:
+        ValueError, OSError: seeds for another purpose, or a file cannot be used.
+    """
+    pool = ProcessPoolExecutor(options.workers, get_context("spawn"))
+    with locked(options.out), pool as executor:
+        scores, found, first = Scores(options.out / LOG, executor), gains.FOUND, options.seed
+        values: Values = found
+        for task in STAGES:
+            values = improved(values, task, options, first, scores)
+            first += options.generations * options.episodes
+        wanted = range(first, first + options.checked)
+        shares = {
+            "before": check(found, wanted, executor),
+            "after": check(values, wanted, executor),
+        }
+        numbers = ("generations", "population", "elite", "episodes", "checked", "seed")
+        result: dict[str, Any] = {
+            "gains": dict(values),
+            "search": {"by": PROGRAM, **{name: asdict(options)[name] for name in numbers}},
+            "delivered": shares,
+        }
+        write_text(options.result, json.dumps(result, indent=2) + "\n")
+    print(f"{options.result}: {json.dumps(shares)}")
+
+
+main = command(tune, PROGRAM)
+
+if __name__ == "__main__":
+    main()
