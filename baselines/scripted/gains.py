@@ -81,6 +81,9 @@ class PushGains:
     #: growth of that error with the distance beyond where it was to let go
     hurry: float = 1.0
     stop_short: float = 0.1  #: how far short of the goal the vessel is to rest, tolerances
+    #: speed of the water below which the team lets go, m/s: in 12 s it carries the vessel as far as
+    #: the tolerance of its position
+    still_water: float = 0.004
     release_gap: float = 0.02  #: gap to the hull of boats that stand off, m
     release_gain: float = 0.5  #: speed of standing off per gap, 1/s: time constant 2 s
     release_speed: float = 0.03  #: speed limit of standing off, m/s

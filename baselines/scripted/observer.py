@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from asv_env.geometry import plane
+from asv_env.geometry import plane, wrap
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.sensing.kalman import corrected, steady_gain
 from asv_env.types import Bool, Complex, Float, Sensed, zeros
@@ -21,6 +21,7 @@ from baselines.paper.coasting import drag
 ACCELERATION = 0.01  #: standard deviation of the acceleration not predicted, m/s^2
 YAW_ACCELERATION = 0.012  #: standard deviation of the yaw acceleration, vessel of 0.40 m, rad/s^2
 FREE_ACCELERATION = 0.002  #: standard deviation of the acceleration without contact, m/s^2
+FREE_YAW_ACCELERATION = 0.004  #: likewise, vessel of 0.40 m, rad/s^2
 DRIFT_WALK = 0.001  #: random walk of the current, m/s per root second
 LEAST_NOISE = 1e-6  #: floor of the measurement noise in the filter of the drift, m and m/s
 SLIP = 0.02  #: speed through the water at which the drag is linearised for the gain, m/s
@@ -54,8 +55,12 @@ class VesselObserver:
         angular = steady_gain(YAW_ACCELERATION / scale, *angular_noise, self._dt)
         self._gains = np.stack([linear, linear, angular], axis=-1)
         hull = self._vessel.linearised(SLIP, 0.0)
-        decay = (hull.sway[0] + hull.surge[0]) / 2 / self._vessel.masses[1]
-        self._drift_gain = drift_gain(FREE_ACCELERATION, decay, *linear_noise, self._dt)
+        decays = hull.surge[0] / hull.masses[0], hull.sway[0] / hull.masses[1]
+        #: gains of a free vessel along and across the hull, and of its yaw
+        self._free_gains = [
+            free_gains(FREE_ACCELERATION, decay, *linear_noise, self._dt) for decay in decays
+        ]
+        self._free_yaw = steady_gain(FREE_YAW_ACCELERATION / scale, *angular_noise, self._dt)
 
     def restart(self, sensed: Sensed, memory: VesselMemory, which: Bool) -> None:
         """Starts the worlds ``which`` (W,) from their measurement, at rest in still water."""
@@ -76,9 +81,20 @@ class VesselObserver:
         measured = np.where(sensed.received[:, :1], sensed.measured[:, 0], predicted)
         memory.motion, innovation = corrected(predicted, measured, self._gains)
         free = ~(pushing | sensed.touching[..., 0].any(axis=1))
-        pose_gain, rate_gain = self._drift_gain
-        correction = pose_gain * plane(innovation) + rate_gain * plane(innovation, 3)
-        memory.drift = memory.drift + free * correction
+        if free.any():
+            motion, drift = self._free(predicted, innovation, memory.drift)
+            memory.motion[free], memory.drift[free] = motion[free], drift[free]
+
+    def _free(self, predicted: Float, innovation: Float, drift: Complex) -> tuple[Float, Complex]:
+        """Returns motions (W, 6) and drifts (W,) of free vessels, corrected by innovations."""
+        heading, motion = np.exp(1j * predicted[:, 2]), predicted.copy()
+        seen = np.stack([plane(innovation), plane(innovation, 3)]) * heading.conj()
+        along, across = (gains @ seen for gains in self._free_gains)
+        pose, rate, more = heading * (along.real + 1j * across.imag)
+        yaw = self._free_yaw @ innovation[:, [2, 5]].T
+        motion += np.stack([pose.real, pose.imag, yaw[0], rate.real, rate.imag, yaw[1]], axis=-1)
+        motion[:, 2] = wrap(motion[:, 2])
+        return motion, drift + more
 
     def acceleration(self, memory: VesselMemory) -> Float:
         """Returns the acceleration (W, 3) by the boats' forces and the drag, m/s^2 and rad/s^2."""
@@ -95,10 +111,10 @@ class VesselObserver:
         return np.stack([linear.real, linear.imag, angular], axis=-1)
 
 
-def drift_gain(
+def free_gains(
     acceleration: float, decay: float, pose_noise: float, rate_noise: float, dt: float
 ) -> Float:
-    """Returns the steady-state gains (2,) of the drift on the innovations of pose and rate.
+    """Returns the steady-state gains (3, 2) of a free vessel on the innovations of pose and rate.
 
     The Kalman filter has three states: pose, m, rate, m/s, and the drift to which the rate decays
     with ``decay``, 1/s. ``acceleration``, m/s^2, is the standard deviation of what else changes
@@ -109,4 +125,5 @@ def drift_gain(
     measured = np.eye(3)[:2]
     noise = np.diag(np.maximum([pose_noise, rate_noise], LEAST_NOISE) ** 2)
     covariance = solve_discrete_are(transition.T, measured.T, process_noise, noise)
-    return np.linalg.solve(covariance[:2, :2] + noise, covariance[:2, 2])
+    gains: Float = np.linalg.solve(covariance[:2, :2] + noise, covariance[:2]).T
+    return gains

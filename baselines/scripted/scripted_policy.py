@@ -89,7 +89,7 @@ class ScriptedPolicy:
             memory = Memory(np.zeros_like(fresh), reference, vessel, grasp, path)
             fresh = np.ones_like(fresh)
         memory = deepcopy(memory)
-        self._observer.update(sensed, memory.vessel, memory.pushing)
+        self._observer.update(sensed, memory.vessel, memory.pushing & ~memory.path.released)
         self._observer.restart(sensed, memory.vessel, fresh)
         motion = sensed.estimate.copy()
         motion[:, 0] = memory.vessel.motion

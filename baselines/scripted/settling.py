@@ -42,7 +42,8 @@ class Settling:
         # team waits for a better pose, the farther the vessel gets.
         beyond = goal.imag / task.position_tolerance + gains.stop_short
         worst = gains.release_error + gains.hurry * np.maximum(beyond, 0.0)
-        lets_go = (beyond >= 0.0) & (error < np.minimum(worst, MOST_ERROR))
+        still = np.abs(vessel.drift) < gains.still_water
+        lets_go = still & (beyond >= 0.0) & (error < np.minimum(worst, MOST_ERROR))
         return np.where(released, error < GRASPS_AGAIN, lets_go)
 
     def rest(self, relations: Relations, drift: Complex) -> tuple[Complex, Float]:
