@@ -68,8 +68,10 @@ class PushController:
         vessel.force = along - 1j * force.sum(axis=1)
         gap, yaw_rate = places - relations.boat, relations.yaw_rate[:, :1]
         hull = relations.velocity[:, :1] * relations.heading[:, :1].conj() + 1j * yaw_rate * places
-        end = self._end_command(relations, places, hull, yaw_rate, np.sign(places.real), along)
-        side = self._side_command(gap, hull, yaw_rate, force)
+        water = (vessel.drift * relations.heading[:, 0].conj())[:, None]
+        ends = np.sign(places.real)
+        end = self._end_command(relations, places, hull, water, yaw_rate, ends, along)
+        side = self._side_command(gap, hull, water, yaw_rate, force)
         speed, offset = np.where(at_end, end, side)
         turn = direction(offset - np.pi / 2) * relations.heading[:, :1] / relations.heading[:, 1:]
         yaw_rate = yaw_rate + self._helm.turn(np.arctan2(turn.imag, turn.real))
@@ -88,20 +90,23 @@ class PushController:
         return np.where(pushing, spread, 1.0) * slot.real + 1j * slot.imag
 
     def _side_command(
-        self, gap: Complex, hull: Complex, yaw_rate: Float, force: Float
+        self, gap: Complex, hull: Complex, water: Complex, yaw_rate: Float, force: Float
     ) -> tuple[Float, Float]:
         """Returns speed and yaw offset (W, A) of side boats, which exert ``force`` (W, A) N."""
-        gains, boat, forward = self._gains, self._boat, -hull.imag
-        sway_damping = boat.sway[0] + boat.sway[1] * np.abs(hull.real)
-        sway_force = boat.masses[0] * yaw_rate * forward + sway_damping * hull.real
-        per_offset = np.maximum(force, 0.0) + np.maximum(drag(boat.surge, forward), 0.0)
-        per_offset += sway_damping * np.maximum(forward, 0.0)
+        gains, boat, forward, through = self._gains, self._boat, -hull.imag, hull - water
+        sway_damping = boat.sway[0] + boat.sway[1] * np.abs(through.real)
+        sway_force = boat.masses[0] * yaw_rate * forward + sway_damping * through.real
+        resistance = drag(boat.surge, -through.imag)
+        per_offset = np.maximum(force, 0.0) + np.maximum(resistance, 0.0)
+        per_offset += sway_damping * np.maximum(-through.imag, 0.0)
         # A yaw offset takes away some of the friction by which boats hinder the hull's turning.
         friction = gains.friction_compensation * sway_force / np.maximum(per_offset, LEAST_FORCE)
         to_place = gains.yaw_offset_gain * gap.real
         offset = np.clip(to_place, -MAX_PLACE_OFFSET, MAX_PLACE_OFFSET)
         offset += np.clip(friction, -MAX_FRICTION_OFFSET, MAX_FRICTION_OFFSET)
         speed = forward + gains.gap_gain * np.maximum(-gap.imag, 0.0)
+        # The autopilot makes up for the drag of the speed over ground.
+        force = force + resistance - drag(boat.surge, forward)
         return speed * np.cos(offset) + force / (boat.masses[0] * bandwidth(boat)), offset
 
     def _end_command(
@@ -109,24 +114,25 @@ class PushController:
         relations: Relations,
         places: Complex,
         hull: Complex,
+        water: Complex,
         yaw_rate: Float,
         end: Float,
         force: Float,
     ) -> tuple[Float, Float]:
         """Returns speed and yaw offset (W, A) of boats that press on the ``end`` -1 or +1."""
         gains, boat = self._gains, self._boat
-        gap, forward = places - relations.boat, -hull.imag
+        gap, forward, through = places - relations.boat, -hull.imag, hull - water
         bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
         clearance = end * relations.boat.real - self._vessel.length / 2 - self._reach(bow, end)
         press = np.maximum(-force[:, None] * end, 0.0) + gains.min_end_force
         # The boat on the outer side of a turn also needs the force that keeps it in the turn.
         needed = press - end * boat.masses[0] * yaw_rate * np.maximum(forward, 0.0)
         inwards = press_angle(
-            boat.sway, np.maximum(needed, gains.min_end_force), np.maximum(forward, TINY)
+            boat.sway, np.maximum(needed, gains.min_end_force), np.maximum(-through.imag, TINY)
         )
         inwards = np.minimum(inwards, MAX_PRESS_OFFSET)
-        course = hull.real - end * gains.lateral_gain * clearance
-        course = np.arctan2(course, np.maximum(forward, LEAST_SPEED))
+        course = through.real - end * gains.lateral_gain * clearance
+        course = np.arctan2(course, np.maximum(-through.imag, LEAST_SPEED))
         offset = np.clip(course - end * inwards, -MAX_END_OFFSET, MAX_END_OFFSET)
         ahead = forward - 2 * gains.gap_gain * gap.imag
         speed = ahead * np.cos(offset) + hull.real * np.sin(offset)

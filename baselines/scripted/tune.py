@@ -39,7 +39,8 @@ SCENARIOS = ("nominal", "noisy", "mismatch")
 STAGES = {"approach": (GraspGains,), "push": (PushGains, PathGains, Tolerances)}
 """Task of the episodes of each part of the search, and the gains that are searched in it."""
 SPREAD = 0.15  #: standard deviation of the logarithms of the first candidates
-HASTE = 0.2  #: weight of the time that is left at a success; that of the success is 1
+HASTE = 0.2  #: weight of the share of the time that is left at a success; that of the success is 1
+PRECISION = 0.3  #: weight of how close a delivered vessel is to its goal pose
 LOG = "scores.jsonl"  #: file name of the scores
 Values = Mapping[str, float]  #: gains by name
 Kind = TypeVar("Kind", GraspGains, PushGains, PathGains, Tolerances)
@@ -87,10 +88,22 @@ def episodes(values: Values, task: str, scenario: str, wanted: range) -> list[Ep
     return sorted((log.episode for log in logs), key=lambda row: row.seed)
 
 
-def score(rows: Sequence[Episode], time_limit: float) -> float:
-    """Returns the mean of successes and, weighted by ``HASTE``, of the time that they leave."""
-    left = [row.success * (1 + HASTE * (1 - row.duration / time_limit)) for row in rows]
-    return float(np.mean(left))
+def score(rows: Sequence[Episode], params: EnvParams) -> float:
+    """Returns the mean score of episodes: 1 for a success, and more if it is fast and exact."""
+    found = []
+    for row in rows:
+        left = 1 - row.duration / params.task.time_limit
+        found.append(row.success * (1 + HASTE * left + PRECISION * _closeness(row, params)))
+    return float(np.mean(found))
+
+
+def _closeness(row: Episode, params: EnvParams) -> float:
+    """Returns how close the vessel is to its goal pose at the end, from 0 to 1; 0 without a goal."""
+    if row.position_error is None or row.heading_error is None:
+        return 0.0
+    position = row.position_error / params.task.position_tolerance
+    heading = row.heading_error / params.task.heading_tolerance
+    return 1 / (1 + position**2 + heading**2)
 
 
 class Scores:
@@ -107,10 +120,10 @@ class Scores:
         """Returns the score of gains in a task over seeds, averaged over the scenarios."""
         key = f"{self._code} {task} {wanted} {sorted(values.items())}"
         if key not in self._known:
-            limit, same = make_params(task).task.time_limit, len(SCENARIOS)
+            params, same = make_params(task), len(SCENARIOS)
             jobs = [values] * same, [task] * same, SCENARIOS, [wanted] * same
             found = self._executor.map(episodes, *jobs)
-            self._known[key] = float(np.mean([score(rows, limit) for rows in found]))
+            self._known[key] = float(np.mean([score(rows, params) for rows in found]))
             with self._path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps({"key": key, "score": self._known[key]}) + "\n")
         return self._known[key]
