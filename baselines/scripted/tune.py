@@ -98,7 +98,7 @@ def score(rows: Sequence[Episode], params: EnvParams) -> float:
 
 
 def _closeness(row: Episode, params: EnvParams) -> float:
-    """Returns how close the vessel is to its goal pose at the end, from 0 to 1; 0 without a goal."""
+    """Returns how close the vessel is to its goal pose at the end, 0 to 1; 0 without a goal."""
     if row.position_error is None or row.heading_error is None:
         return 0.0
     position = row.position_error / params.task.position_tolerance
