@@ -8,6 +8,7 @@ from scipy.integrate import quad
 
 from asv_env.params import BoatParams, VesselParams
 from asv_env.params.hull_params import FIN_ADDED_MASS
+from asv_env.params.literature import CRAFT
 from baselines.evaluate.publish import marks
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
@@ -122,6 +123,12 @@ def test_stretched_vessel_is_nearly_what_is_derived_at_its_length(coefficients):
         tolerance = 0.3 if name == "added_inertia" else 0.1
         assert getattr(long, name) == approx(value, rel=tolerance), name
     assert long.added_inertia < long.total_inertia / 6
+
+
+def test_cybership_has_the_lift_of_its_hull_at_half_of_a_full_action(coefficients):
+    boat = CRAFT["cybership2"].boat
+    lift = coefficients.lift(draft=0.11, speed=boat.full_speed / 2)
+    assert boat.sway[0] == approx(0.88965 + lift, rel=0.01)
 
 
 def test_page_shows_what_is_derived(coefficients):

@@ -11,6 +11,7 @@ from asv_env.params import BoatParams, ClockParams
 from asv_env.params.literature import CRAFT
 from asv_env.params.scaling import EXPONENTS, MOTION, scaled
 from asv_env.presets import SCENARIOS, SECTIONS
+from baselines.rollout import runner
 from baselines.rollout.loop import rollout
 from baselines.scripted import ScriptedPolicy
 
@@ -87,6 +88,13 @@ def test_craft_push_a_barge_as_long_for_them_as_the_nominal_one(name):
 def test_four_otters_push_a_barge_of_six_metres_seventy():
     vessel = make_params(preset="otter").vessel
     assert (vessel.length, vessel.width) == pytest.approx((6.67, 2.5), abs=0.01)
+
+
+@pytest.mark.parametrize("name", CRAFT)
+def test_scripted_team_of_craft_delivers_its_barge(name):
+    params = make_params(preset=name)
+    logs = runner.run(ScriptedPolicy, params, range(4), num_envs=4)
+    assert sum(log.episode.success for log in logs) >= 3
 
 
 def test_parameters_come_back_from_another_scale():

@@ -100,22 +100,24 @@ CYBERSHIP2 = craft(
         added_mass=(2.0, 10.0),
         inertia=1.76,
         added_inertia=1.0,
-        # The cubic term, 5.87 kg s/m^2, is taken as quadratic drag at the top speed, 0.58 m/s.
-        surge=(0.72253, 1.32742 + 5.86643 * 0.58),
-        sway=(0.88965, 36.47287),
+        # The cubic term, 5.866 kg s/m^2, is taken as quadratic drag at 0.55 m/s, a full action.
+        surge=(0.72253, 1.32742 + 5.86643 * 0.55),
+        # Measured at rest; 5.17 kg/s are the lift of the hull (draft 0.11 m) at half that speed.
+        sway=(0.88965 + 5.17, 36.47287),
         yaw=(1.9, 0.75),
-        thrust=1.0,
+        thrust=4.05,  # 3.65e-3 N s^2 at 33.3 revolutions a second
         astern=1.0,
         # Rudders and bow thruster make 1.5 N m; two motors would make it at this distance.
-        lever_arm=0.75,
+        lever_arm=1.5 / (2 * 4.05),
         lag=0.1,
         thrust_law="quadratic",
     ),
-    scale=(23.8 / 0.10) ** (1 / 3),
+    scale=(4.05 / 0.010) ** (1 / 3),  # by thrust
     source="CyberShip II: R. Skjetne, O. N. Smogeli and T. I. Fossen, A nonlinear ship "
     "manoeuvering model: identification and adaptive control with experiments for a model ship, "
-    "Modeling, Identification and Control 25(1), 2004; limits of force and moment, 2 N and "
-    "1.5 N m: M. Wondergem et al., IEEE Transactions on Control Systems Technology 19(2), 2011",
+    "Modeling, Identification and Control 25(1), 2004; yaw moment of 1.5 N m: M. Wondergem et "
+    "al., IEEE Transactions on Control Systems Technology 19(2), 2011; 2,000 rpm: a public "
+    "simulation of the model, which reaches its 1 m/s",
 )
 CRAFT = MappingProxyType({"otter": OTTER, "heron": HERON, "cybership2": CYBERSHIP2})
 """Published craft by name."""
