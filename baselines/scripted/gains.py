@@ -80,7 +80,10 @@ class PushGains:
     release_error: float = FOUND["release_error"]
     #: growth of that error with the distance beyond where it was to let go
     hurry: float = 1.0
-    stop_short: float = 0.1  #: how far short of the goal the vessel is to rest, tolerances
+    #: how far beyond the goal the vessel is to rest by the estimate at which the team lets go,
+    #: tolerances: with noise the first such estimate runs ahead of the truth, by 1 cm, and boats
+    #: that leave the hull take half a centimetre of its way
+    overrun: float = 0.3
     #: speed of the water below which the team lets go, m/s: in 12 s it carries the vessel as far as
     #: the tolerance of its position
     still_water: float = 0.004

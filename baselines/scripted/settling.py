@@ -38,9 +38,8 @@ class Settling:
         error = np.maximum(
             np.abs(goal) / task.position_tolerance, np.abs(turned) / task.heading_tolerance
         )
-        # It rests just short of the goal: there the team could push it farther. The longer the
-        # team waits for a better pose, the farther the vessel gets.
-        beyond = goal.imag / task.position_tolerance + gains.stop_short
+        # The longer the team waits for a better pose, the farther the vessel gets.
+        beyond = goal.imag / task.position_tolerance - gains.overrun
         worst = gains.release_error + gains.hurry * np.maximum(beyond, 0.0)
         still = np.abs(vessel.drift) < gains.still_water
         lets_go = still & (beyond >= 0.0) & (error < np.minimum(worst, MOST_ERROR))
