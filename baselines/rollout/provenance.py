@@ -24,6 +24,8 @@ ROLLOUT = (
 The registry of policies names its modules as strings."""
 LAZY = re.compile(r"(\w+(?:\.\w+)+):\w+")
 """An import that is written as a string, "module:NAME", such as the entries of registries."""
+DATA = re.compile(r"\w+\.json")
+"""Name of a file of values in the package of the module that reads it."""
 
 
 PATIENCE = 20.0  #: time after which git is not waited for, s
@@ -50,7 +52,7 @@ def dependencies(modules: Sequence[str], tree: Path | None = None) -> dict[str, 
     """Returns the instructions of modules and of all that they import, by dotted name.
 
     A package's ``__init__`` counts where a name is imported from it that is not a module. Values
-    that a module reads from a JSON file of its own name beside it belong to its instructions.
+    in the JSON files of its package that a module names belong to its instructions.
     """
     found: dict[str, str] = {}
     waiting = [one for name in modules for one in _inside(name, tree)]
@@ -59,8 +61,8 @@ def dependencies(modules: Sequence[str], tree: Path | None = None) -> dict[str, 
         file = _file(name, tree)
         if file is not None and name not in found:
             package = name if file.name == "__init__.py" else name.rpartition(".")[0]
-            found[name], imports = _read(file.read_bytes(), package)
-            found[name] += _values(name, tree)
+            found[name], imports, data = _read(file.read_bytes(), package)
+            found[name] += "".join(_values(package, each, tree) for each in data)
             for imported in imports:  # a module, or a name in one
                 waiting.append(imported if _file(imported, tree) else imported.rpartition(".")[0])
     return found
@@ -100,11 +102,10 @@ def _file(name: str, tree: Path | None) -> Traversable | None:
     return next((file for file in files if file.is_file()), None)
 
 
-def _values(name: str, tree: Path | None) -> str:
-    """Returns the values in the JSON file of a module's own name beside it, if there is one."""
-    package, *names = name.split(".")
-    *folders, last = names or [""]
-    file = _root(package, tree).joinpath(*folders, f"{last}.json")
+def _values(package: str, name: str, tree: Path | None) -> str:
+    """Returns the values in a JSON file of a package, if there is one of that name."""
+    root, *folders = package.split(".")
+    file = _root(root, tree).joinpath(*folders, name)
     return repr(json.loads(file.read_text(encoding="utf-8"))) if file.is_file() else ""
 
 
@@ -114,10 +115,12 @@ class _WithoutTexts(ast.NodeTransformer):
 
 
 @cache
-def _read(source: bytes, package: str) -> tuple[str, tuple[str, ...]]:
-    """Returns the instructions of a module, and the dotted names of what it imports."""
+def _read(source: bytes, package: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    """Returns the instructions of a module, what it imports, and the JSON files that it names."""
     parsed = _WithoutTexts().visit(ast.parse(source))
-    return _dump(parsed), tuple(_imports(parsed, package))
+    texts = (str(node.value) for node in ast.walk(parsed) if isinstance(node, ast.Constant))
+    data = sorted({text for text in texts if DATA.fullmatch(text)})
+    return _dump(parsed), tuple(_imports(parsed, package)), tuple(data)
 
 
 def _dump(node: Any) -> str:
