@@ -150,9 +150,10 @@ def test_slots_are_assigned_by_the_first_measurement(noise):
     known, differ = sim.sensed, 0
     for world in range(24):
         for record, motion in ((known, known.measured), (sim.state, sim.state.motion)):
-            least = formation.assign_slots(
-                sim.params, motion[world], record.working[world], record.side[world]
-            )
+            least, one = record.slot.copy(), np.array([world])
+            teams = motion, record.working, record.side
+            formation.assign_slots(sim.params, *teams, least, one)
+            least = least[world]
             assert same(record.slot[world], least)
         differ += not same(known.slot[world], sim.state.slot[world])
     assert (differ > 6) == (noise > 0.1)

@@ -5,15 +5,14 @@ length, w along n, the side from which it is pushed in the nominal case.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from asv_env.compiled import compiled
-from asv_env.geometry import plane
 from asv_env.params import SMALLEST_CAGE, EnvParams
 from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
-from asv_env.types import Bool, Complex, Float, given, zeros
+from asv_env.types import Bool, Complex, Float, Int, given, zeros
 
 
 def slots(params: EnvParams, team: int) -> Complex:
@@ -32,32 +31,129 @@ def slots(params: EnvParams, team: int) -> Complex:
     return points
 
 
+@lru_cache(maxsize=32)
+def _slot_table(params: EnvParams) -> Complex:
+    """Returns the slots of every size of a team up to the whole one, in rows (A + 1, A)."""
+    table = np.zeros((params.num_boats + 1, params.num_boats), dtype=np.complex128)
+    for team in range(1, params.num_boats + 1):
+        table[team, :team] = slots(params, team)
+    table.setflags(write=False)
+    return table
+
+
 def slot_direction(side: Float) -> Complex:
     """Returns the direction (...,) in which boats in their slots point: across the vessel."""
     return -1j * side
 
 
-def assign(boats: Complex, points: Complex) -> np.ndarray:
+@compiled
+def assigned(cost: Float) -> Int:
+    """Returns the column (n,) for each row of costs (n, n), so that their sum is least.
+
+    This is the Hungarian algorithm with potentials (Kuhn 1955; Jonker and Volgenant 1987): row
+    after row is added, by the shortest augmenting path.
+    """
+    n = len(cost)
+    of_row, of_column = np.zeros(n + 1), np.zeros(n + 1)  # potentials
+    row_at, before = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
+    for row in range(1, n + 1):
+        row_at[0], column = row, 0
+        least, done = np.full(n + 1, np.inf), np.zeros(n + 1, np.bool_)
+        while row_at[column] != 0:
+            done[column] = True
+            current, step, following = row_at[column], np.inf, 0
+            for k in range(1, n + 1):
+                if done[k]:
+                    continue
+                reduced = cost[current - 1, k - 1] - of_row[current] - of_column[k]
+                if reduced < least[k]:
+                    least[k], before[k] = reduced, column
+                if least[k] < step:
+                    step, following = least[k], k
+            for k in range(n + 1):
+                if done[k]:
+                    of_row[row_at[k]] += step
+                    of_column[k] -= step
+                else:
+                    least[k] -= step
+            column = following
+        while column != 0:
+            row_at[column] = row_at[before[column]]
+            column = before[column]
+    columns = np.empty(n, np.int64)
+    for column in range(1, n + 1):
+        columns[row_at[column] - 1] = column - 1
+    return columns
+
+
+def assign(boats: Complex, points: Complex) -> Int:
     """Returns the index (A,) of the point for each boat, so that the total distance is least.
 
     Boats (A,) and points (A,) are positions in the same frame, m.
     """
-    return linear_sum_assignment(np.abs(boats[:, None] - points[None, :]))[1]
+    return assigned(np.abs(boats[:, None] - points[None, :]))
 
 
-def assign_slots(params: EnvParams, motion: Float, working: Bool, side: Float | float) -> Complex:
-    """Returns the slots (A,) of one world's boats, vessel frame, m, assigned to the working ones.
+@compiled
+def _assign(
+    worlds: Int, motion: Float, working: Bool, side: Float, table: Complex, slot: Complex
+) -> Bool:
+    """Assigns slots in some worlds (n,); returns (n,) whether any of the working boats' changed."""
+    changed = np.zeros(len(worlds), np.bool_)
+    team = slot.shape[1]
+    for number in range(len(worlds)):
+        world = worlds[number]
+        now, works = motion[world], working[world]
+        to_vessel = direction_of(now[0, 2]).conjugate()
+        boats, count = np.empty(team, np.complex128), 0
+        for boat in range(team):
+            x, y = now[boat + 1, 0] - now[0, 0], now[boat + 1, 1] - now[0, 1]
+            boats[boat] = complex(x, y) * to_vessel
+            count += works[boat]
+        points = np.empty(count, np.complex128)
+        for k in range(count):
+            point = table[count, k]
+            points[k] = point if side[world] > 0 else point.conjugate()
+        cost, row = np.empty((count, count)), 0
+        for boat in range(team):
+            if works[boat]:
+                for k in range(count):
+                    cost[row, k] = abs(boats[boat] - points[k])
+                row += 1
+        columns, row = assigned(cost), 0
+        for boat in range(team):
+            if works[boat]:
+                point = points[columns[row]]
+                changed[number] = changed[number] or slot[world, boat] != point
+                slot[world, boat] = point
+                row += 1
+            else:
+                slot[world, boat] = boats[boat]
+    return changed
 
-    They are those of a team of the working boats (A,), on the side +1 or -1 of a motion (B, 6); a
-    boat that has failed keeps its place.
+
+def assign_slots(
+    params: EnvParams, motion: Float, working: Bool, side: Float, slot: Complex, worlds: Int
+) -> Bool:
+    """Assigns slots to the working boats of the worlds (n,), in place.
+
+    They are those of a team of the working boats (W, A), on the sides (W,) of motions (W, B, 6), by
+    the least total distance; a boat that has failed keeps its place.
+
+    Args:
+        params: parameters of the environment.
+        motion: (W, B, 6) by which slots are assigned.
+        working: (W, A) boats that get slots.
+        side: (W,) from which the teams push, +1 or -1.
+        slot: (W, A) slots, vessel frame, m.
+        worlds: (n,) numbers of the worlds concerned.
+
+    Returns:
+        Whether slots of working boats have changed, (n,).
     """
-    boats = (plane(motion)[1:] - plane(motion)[0]) * np.exp(-1j * motion[0, 2])
-    slot = boats.copy()
-    points = slots(params, int(working.sum()))
-    if side < 0:
-        points = points.conj()
-    slot[working] = points[assign(boats[working], points)]
-    return slot
+    known = given(motion), given(working, np.bool_), given(side), _slot_table(params)
+    found: Bool = _assign(given(worlds, np.int64), *known, slot)
+    return found
 
 
 @dataclass(frozen=True)

@@ -51,18 +51,25 @@ def changed(
     Slots are also assigned again where all boats rest on the hull and are not in closure, in the
     worlds ``misassigned`` (W,). The motion is (W, B, 6).
     """
-    assigns = concerned = misassigned
+    concerned, slot = np.zeros_like(misassigned), record.slot
+    working = record.working if events is None else events.working
     if events is not None:
-        assigns = assigns | events.assigns
-        concerned = assigns | events.moved
+        concerned |= events.assigns | events.moved
+        misassigned = misassigned | events.assigns
+    assigns = np.flatnonzero(misassigned)
+    if len(assigns):
+        slot = slot.copy()
+        known = params, motion, working, record.side
+        concerned[assigns] |= formation.assign_slots(*known, slot, assigns)
     index = np.flatnonzero(concerned)
     if not len(index):
         return record, index
     record = copied(record)
+    record.slot[index] = slot[index]
     if events is not None:
         record.working[...] = events.working
         record.anchored[...], record.goal[...] = events.anchored, events.goal
-    _assign(record, motion, index, np.flatnonzero(assigns), params)
+    _occupy(record, motion, index, params)
     return frozen(record), index
 
 
@@ -72,19 +79,13 @@ def begun(record: Situation, motion: Float, index: np.ndarray, params: EnvParams
     Closure and slots, with what follows from them, are those of the motion (W, B, 6).
     """
     record.closed[index] = params.definition.starts_grasped
-    _assign(record, motion, index, index, params)
+    known = params, motion, record.working, record.side
+    formation.assign_slots(*known, record.slot, index)
+    _occupy(record, motion, index, params)
 
 
-def _assign(
-    record: Situation, motion: Float, index: np.ndarray, assigns: np.ndarray, params: EnvParams
-) -> None:
-    """Assigns slots in some worlds (m,) of a record, in place.
-
-    Who occupies them is decided again in the worlds ``index`` (n,).
-    """
-    for world in map(int, assigns):
-        boats = motion[world], record.working[world], record.side[world]
-        record.slot[world] = formation.assign_slots(params, *boats)
+def _occupy(record: Situation, motion: Float, index: np.ndarray, params: EnvParams) -> None:
+    """Decides again who occupies slots in the worlds ``index`` (n,) of a record, in place."""
     now = advanced(rows(record, index), motion[index], params, 1)
     record.occupied[index] = now.occupied
 
