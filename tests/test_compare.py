@@ -30,7 +30,7 @@ class Full(Idle):
 
     def act(self, sensed, observation, memory, fresh):
         action, memory = super().act(sensed, observation, memory, fresh)
-        return action + np.float32(self._speed), memory
+        return action + np.array([self._speed, 0.0], dtype=np.float32), memory
 
 
 def turning(now):

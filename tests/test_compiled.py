@@ -10,19 +10,17 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1] / "asv_env"
 PROGRAM = """
-import sys, time
+import sys
 sys.dont_write_bytecode = True
-begun = time.perf_counter()
-import asv_env
+import numpy as np
 from asv_env.physics import hull
-print(hull.munk_moment(2.0, 3.0, 1.0, 5.0), hull.__file__)
-sim = asv_env.Simulation(asv_env.make_params("push"), 1)
-sim.reset(seeds=[0])
-for _ in range(50):
-    sim.step([[[1.0, 0.6]] * 4])
-print(sim.state.motion.tobytes().hex())
-print(sum(each.stats.cache_hits.total() for each in vars(hull).values() if hasattr(each, "stats")))
+hulls = hull.Hulls(*np.ones((4, 1, 1, 3)))
+moved = hull.resisted(0.1, 0.2, 0.3, (0.0, 0.5, 1.0), hulls, 0, 0, (1.0, 1.0), 0.5)
+print(hull.__file__)
+print(*moved)
+print(hull.resisted.stats.cache_hits.total())
 """
+"""One law, which calls another of ``water.py``: to compile a whole step takes half a minute."""
 
 
 @pytest.fixture
@@ -44,10 +42,9 @@ def run(folder, **environment):
         cwd=folder,
     )
     assert not found.returncode, found.stderr
-    moment, motion, hits = found.stdout.split("\n")[:3]
-    moment, file = moment.split()
+    file, moved, hits = found.stdout.split("\n")[:3]
     assert Path(file).is_relative_to(folder)
-    return float(moment), motion, int(hits)
+    return moved, int(hits)
 
 
 def change(file, old, new):
@@ -57,21 +54,14 @@ def change(file, old, new):
 
 
 def test_code_is_taken_from_the_cache_until_a_source_changes(installed):
-    moment, motion, hits = run(installed)
-    assert (moment, hits) == (-24.0, 0)
-    again = run(installed)
-    assert again[:2] == (moment, motion)
-    assert again[2] > 0
-    # ``kernel.py`` stays the same, and with it the file whose code calls this law.
-    change(
-        installed / "asv_env/physics/hull.py",
-        "return (mass_u - mass_v) * u * v",
-        "return (mass_v - mass_u) * u * v",
-    )
+    moved, hits = run(installed)
+    assert hits == 0
+    assert run(installed) == (moved, 1)
+    # ``hull.py`` stays the same, and with it the file whose code calls this law.
+    change(installed / "asv_env/physics/water.py", "soft * speed +", "2 * soft * speed +")
     changed = run(installed)
-    assert changed[0] == 24.0
-    assert changed[1] != motion, "the loop calls the law as it is now"
-    assert changed[2] == 0
+    assert changed[0] != moved, "the law is called as it is now"
+    assert changed[1] == 0
 
 
 def test_installation_that_cannot_be_written_to_works(installed, tmp_path):
@@ -82,7 +72,6 @@ def test_installation_that_cannot_be_written_to_works(installed, tmp_path):
         folder.write_text("")
     closed = {"HOME": str(tmp_path / "home"), "XDG_CACHE_HOME": str(tmp_path / "home/cache")}
     assert run(installed, **closed) == expected
-    assert run(installed, **closed)[2] == 0
 
 
 def test_code_is_kept_in_the_cache_of_the_user_where_the_installation_cannot_be_written_to(
@@ -94,6 +83,5 @@ def test_code_is_kept_in_the_cache_of_the_user_where_the_installation_cannot_be_
     environment = {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
     first = run(installed, **environment)
     second = run(installed, **environment)
-    assert second[:2] == first[:2]
-    assert second[2] > first[2] == 0
+    assert (first[1], second) == (0, (first[0], 1))
     assert list(home.rglob("*.nbc"))
