@@ -49,8 +49,8 @@ class Options:
     episodes: int | None = None
     """number of episodes of each condition; by default the suite's, or 100"""
     scenario: tuple[str, ...] = ()
-    """scenarios of a sweep: nominal, noisy, latency, dropout, shelter, current, gyre, mismatch, failure,
-    harsh, or module:NAME; by default nominal"""
+    """scenarios of a sweep: nominal, noisy, latency, dropout, shelter, current, gyre, mismatch,
+    failure, harsh, or module:NAME; by default nominal"""
     num_boats: tuple[int, ...] = ()  # team sizes of a sweep, 2 to 100; by default 4
     preset: str | None = None  # preset of a sweep: nominal, experiment, paper_simulation, tank
     seed: int | None = None  # seed of the first episode of a sweep; by default 0
