@@ -62,6 +62,17 @@ def test_scaled_world_does_the_same(scenario):
     assert np.abs(motion[-1, :, 0, :2]).max() > 0.05
 
 
+def test_boats_of_a_scaled_world_observe_the_same():
+    for scenario in ("nominal", "noisy"):
+        worlds = [Simulation(make_params(scenario=scenario, scale=scale), 3) for scale in (1, BIG)]
+        small, big = (world.reset(seeds=[0, 1, 2]) for world in worlds)
+        np.testing.assert_allclose(big, small, rtol=0, atol=1e-6)
+        action = np.full((3, 4, 2), 0.4, np.float32)
+        for _ in range(50):
+            small, big = (world.step(action).observation for world in worlds)
+        np.testing.assert_allclose(big, small, rtol=0, atol=1e-5)
+
+
 def test_scaled_boats_ram_slide_and_hit_walls_alike():
     def run(scale):
         params = open_water(3, control=10, scale=scale, arena=1.5 * scale, goal=(scale, 0, 0),

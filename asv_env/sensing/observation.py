@@ -34,15 +34,18 @@ from asv_env.types import Float, Observation, Sensed
 KIND = "feature"  #: word for a feature in messages
 FAR = 15.0  #: largest distance in an observation, vessel lengths: more than the arena's diagonal
 FAST = 4.0  #: largest speed in an observation, full speeds and full yaw rates of a boat
-FINE = 0.1  #: distance at which magnified features saturate, m
 FINE_ANGLE = 0.1  #: angle at which magnified features saturate, rad
-FINE_SPEED = 0.04  #: speed of the vessel at which magnified features saturate, m/s
-FINE_YAW_RATE = 0.15  #: yaw rate of the vessel at which magnified features saturate, rad/s
 VERSION = 2  #: of what features mean; grows where a trained policy would be misled
 LENGTH, SPEED, YAW_RATE = "length", "speed", "yaw_rate"
 """Scales from parameters: the vessel's length, speed and yaw rate of a full tracking action."""
-SCALES = (LENGTH, SPEED, YAW_RATE)
-Units = tuple[float, float, float]  #: what these scales are, m, m/s, rad/s
+FINE, FINE_SPEED, FINE_YAW_RATE = "fine", "fine_speed", "fine_yaw_rate"
+"""Scales of magnified features: where they saturate."""
+PER_LENGTH = "per_length"  #: scale of an inverse length
+OF_THE_WORLD = {FINE: (0.1, 1.0), FINE_SPEED: (0.04, 0.5), FINE_YAW_RATE: (0.15, -0.5),
+                PER_LENGTH: (1.0 / NOMINAL_LENGTH, -1.0)}  # fmt: skip
+"""Scales of a nominal world, m, m/s, rad/s and 1/m, and their powers of ``EnvParams.scale``."""
+SCALES = (LENGTH, SPEED, YAW_RATE, *OF_THE_WORLD)
+Units = tuple[float, ...]  #: what these scales are
 Scale = float | str  #: divisor of a column: a number, or one of these names
 Value = Callable[[View], np.ndarray]
 """Function from a view to (W, A) or (W, 1): real for one column, complex x + iy for two; or to
@@ -61,7 +64,7 @@ class Feature:
         value: function from a ``sensing.view.View`` to the feature in SI units, real (W, A) or
             (W, 1) for one column, complex x + iy for two, (W, A, n) for n columns.
         scale: divisor of each column; ``LENGTH`` stands for the vessel's length, ``SPEED`` and
-            ``YAW_RATE`` for those of a full tracking action.
+            ``YAW_RATE`` for those of a full tracking action; see ``SCALES`` for the others.
         bound: magnitude to which each column is clipped after scaling.
         columns: names of the columns; by default the name of the feature, with numbers for
             several.
@@ -137,7 +140,7 @@ DEFAULT = (
     scalar("turn_to_goal_fine", FINE_ANGLE, 1.0, _column("turn_to_goal")),
     scalar("vessel_yaw_rate_fine", FINE_YAW_RATE, 1.0, _column("vessel_yaw_rate")),
     scalar("inverse_team_size", 0.5, 2.0, _column("inverse_team_size")),
-    scalar("inverse_vessel_length", 1.0 / NOMINAL_LENGTH, 4.0, _column("inverse_vessel_length")),
+    scalar("inverse_vessel_length", PER_LENGTH, 4.0, _column("inverse_vessel_length")),
     Feature(
         "neighbours",
         Columns(NAMES_OF_NEIGHBOURS),
@@ -153,8 +156,10 @@ FEATURES: Registry[Feature] = Registry(
 
 
 def units(params: EnvParams) -> Units:
-    """Returns what ``SCALES`` are, m, m/s and rad/s."""
-    return params.vessel.length, params.boat.full_speed, params.boat.full_yaw_rate
+    """Returns what ``SCALES`` are, in SI units."""
+    boat, k = params.boat, params.scale
+    others = (size * k**power for size, power in OF_THE_WORLD.values())
+    return params.vessel.length, boat.full_speed, boat.full_yaw_rate, *others
 
 
 def features(params: EnvParams) -> Features:
