@@ -164,7 +164,8 @@ class Simulation:
             self._begin(state, int(world), start)
         standing.begun(state, state.motion, index, self.params)
         self._state = frozen(state)
-        others = ~np.isin(np.arange(self.num_worlds), index)
+        others = np.ones(self.num_worlds, dtype=np.bool_)
+        others[index] = False
         self._ending = frozen(self._ending.within(others))
         self._referee.begin(index, self._state)
         self._steps_over[index] = 0

@@ -106,6 +106,14 @@ def damped(
     return (soft * speed + dt_per_mass * force) / (soft + drag)
 
 
+@compiled
+def _fill_softenings(decay: Float, soft: Float) -> None:
+    for i in range(len(decay)):
+        soft[i] = softening(decay[i])
+
+
 def softenings(decay: Float) -> Float:
     """Returns ``softening`` of an array (...)."""
-    return np.vectorize(softening, otypes=[np.float64])(decay)
+    soft = np.empty(decay.shape)
+    _fill_softenings(np.ascontiguousarray(decay).reshape(-1), soft.reshape(-1))
+    return soft
