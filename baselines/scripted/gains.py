@@ -81,12 +81,9 @@ class PushGains:
     #: growth of that error with the distance beyond where it was to let go
     hurry: float = 1.0
     #: how far beyond the goal the vessel is to rest by the estimate at which the team lets go,
-    #: tolerances: with noise the first such estimate runs ahead of the truth, by 1 cm, and boats
-    #: that leave the hull take half a centimetre of its way
-    overrun: float = 0.3
-    #: speed of the water below which the team lets go, m/s: in 12 s it carries the vessel as far as
-    #: the tolerance of its position
-    still_water: float = 0.004
+    #: tolerances: with noise the first such estimate runs ahead of the truth, and boats that leave
+    #: the hull take some of its way, together 1 cm
+    overrun: float = 0.2
     release_gap: float = 0.02  #: gap to the hull of boats that stand off, m
     release_gain: float = 0.5  #: speed of standing off per gap, 1/s: time constant 2 s
     release_speed: float = 0.03  #: speed limit of standing off, m/s
@@ -111,6 +108,12 @@ class PathGains:
     braking: float = FOUND["braking"]
     #: speed at the goal of a vessel that is pushed to the end, m/s
     goal_speed: float = FOUND["goal_speed"]
+    #: the same in moving water, m/s: slow enough to pass by the paper's instant, no slower, so that
+    #: the water has no time to carry the vessel off
+    passing_speed: float = 0.0072
+    #: speed of the water, m/s, from which it moves: in 12 s it carries the vessel as far as the
+    #: tolerance of its position; in slower water the team lets go of the vessel
+    still_water: float = 0.004
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ class PathFollower:
         path, carried = self._planner.plan(goal, turn), 0.0 * goal
         if (drift[which] != 0).any():
             for _ in range(2):  # The time depends on the path, and that on the time.
-                carried = drift[which] * self._planner.time(path.total_length)
+                carried = drift[which] * self._time(path.total_length, drift[which])
                 path = self._planner.plan(goal - carried * heading.conj(), turn)
         start = position + carried
         memory.start[which] = np.stack([start.real, start.imag, np.angle(heading)], axis=-1)
@@ -97,6 +97,7 @@ class PathFollower:
         wrenches = (lqr.wrench(speed, deviation, curvature) for lqr in lqrs)
         along, moment = np.where(caged[:, None], *wrenches).T
         limit = self._gains.max_end_force * self._vessel.length / NOMINAL_LENGTH
+        remaining = remaining + self._run_out(drift)
         forward = self._planner.force(remaining, speed, self._gains.speed_gain)
         return forward, np.clip(along, -limit, limit), moment
 
@@ -114,7 +115,7 @@ class PathFollower:
         """
         path = ArcPath(memory.start, memory.curvature, memory.length)
         total, length = path.total_length, self._vessel.length
-        carried = drift * self._planner.time(total - memory.progress)
+        carried = drift * self._time(total - memory.progress, drift)
         reference = path.pose_at(memory.progress)
         offset = relations.position[:, 0] + carried - (reference[:, 0] + 1j * reference[:, 1])
         offset = offset * direction(-reference[:, 2])
@@ -127,3 +128,13 @@ class PathFollower:
         curvature = path[:, None].curvature_at(memory.progress[:, None] + ahead)
         heading_error = wrap(np.angle(relations.heading[:, 0]) - heading)
         return offset.real, heading_error, total - reached, curvature
+
+    def _run_out(self, drift: Complex) -> Float:
+        """Returns how far the paths (W,) end beyond the goal, m, which is passed in moving water."""
+        moves = np.abs(drift) > self._planner.gains.still_water
+        return np.where(moves, self._planner.run_out, 0.0)
+
+    def _time(self, remaining: Float, drift: Complex) -> Float:
+        """Returns the times (W,) to the goal, s, for the path lengths (W,) to it, m."""
+        beyond = self._run_out(drift)
+        return self._planner.time(remaining + beyond) - self._planner.time(beyond)

@@ -30,6 +30,10 @@ class PathPlanner:
             )
         self._vessel, self.gains = vessel, gains
         self._overshoot = coasting_distance(vessel, gains.goal_speed / gains.braking)
+        #: path length by which the path in moving water ends beyond the goal, m
+        self.run_out = float(
+            coasting_distance(vessel, gains.passing_speed / gains.braking) - self._overshoot
+        )
         # Near the goal the speed changes within centimetres; far from it, it does not change.
         remaining = TIMETABLE_LENGTH * vessel.length * np.linspace(0.0, 1.0, 5000) ** 2
         slowness = 1.0 / self.speed(remaining)

@@ -36,7 +36,7 @@ class PushController:
     ) -> None:
         self._vessel, self._boat = params.hulls()
         self._gains, self._helm = gains, Helm(params)
-        self._settling = Settling(params, gains)
+        self._settling = Settling(params, gains, planner.gains.still_water)
         self._corners = plane(np.array(self._boat.outline))
         self._follower = PathFollower(self._vessel, planner, gains, tolerances)
         self._drag = drag(self._vessel.sway, planner.gains.speed)

@@ -26,9 +26,9 @@ TINY = 1e-9  #: floor of drag coefficients
 class Settling:
     """Decides when the team lets go, and where boats stand off."""
 
-    def __init__(self, params: EnvParams, gains: PushGains) -> None:
+    def __init__(self, params: EnvParams, gains: PushGains, still_water: float) -> None:
         self._vessel, boat = params.hulls()
-        self._gains, self._task = gains, params.task
+        self._gains, self._task, self._still_water = gains, params.task, still_water
         self._corners = plane(np.array(boat.outline))
 
     def update(self, relations: Relations, vessel: VesselMemory, released: Bool) -> Bool:
@@ -41,7 +41,7 @@ class Settling:
         # The longer the team waits for a better pose, the farther the vessel gets.
         beyond = goal.imag / task.position_tolerance - gains.overrun
         worst = gains.release_error + gains.hurry * np.maximum(beyond, 0.0)
-        still = np.abs(vessel.drift) < gains.still_water
+        still = np.abs(vessel.drift) <= self._still_water
         lets_go = still & (beyond >= 0.0) & (error < np.minimum(worst, MOST_ERROR))
         return np.where(released, error < GRASPS_AGAIN, lets_go)
 
