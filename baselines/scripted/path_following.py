@@ -130,7 +130,7 @@ class PathFollower:
         return offset.real, heading_error, total - reached, curvature
 
     def _run_out(self, drift: Complex) -> Float:
-        """Returns how far the paths (W,) end beyond the goal, m, which is passed in moving water."""
+        """Returns how far paths (W,) end beyond the goal, m, which is passed in moving water."""
         moves = np.abs(drift) > self._planner.gains.still_water
         return np.where(moves, self._planner.run_out, 0.0)
 
