@@ -59,6 +59,13 @@ def test_the_search_writes_gains_and_resumes(tmp_path, monkeypatch):
     fixed = {name for name in asdict(gains) if name not in searched}
     assert fixed == {"alpha1"}
     assert gains != replace(tune.START)
+    again = tmp_path / "again.json"
+    other = ["--only", "approach", "--start", str(result), "--seed", "200000000"]
+    tune.main([*FEW, *other, "--checked", "1", "--out", str(tmp_path), "--result", str(again)])
+    second = json.loads(again.read_text())
+    assert second["gains"]["push_speed"] == first["gains"]["push_speed"]
+    assert second["gains"]["max_speed"] != first["gains"]["max_speed"]
+    assert [search["only"] for search in second["searches"]] == [["push", "approach"], ["approach"]]
     kept = (tmp_path / tune.LOG).read_text()
     monkeypatch.setattr(tune.runner, "run", lambda *a: pytest.fail("a score was computed again"))
     monkeypatch.setattr(tune, "check", lambda *a: {})

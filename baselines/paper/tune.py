@@ -19,7 +19,7 @@ import numpy as np
 import tyro
 from tqdm import tqdm
 
-from asv_env.checks import check_whole
+from asv_env.checks import TINY, check_numbers, check_whole, choice
 from asv_env.files import write_text
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
@@ -37,7 +37,6 @@ from baselines.rollout.score_log import ScoreLog
 PROGRAM = "python -m baselines.paper.tune"
 SCENARIOS = ("nominal", "noisy")
 TIME_LIMIT = 120.0  #: time for the push, and for the approach, s
-SPREAD = 0.2  #: standard deviation of the logarithms of the first candidates
 CLOSENESS = 0.5  #: weight of the closeness to the goal; that of a delivery is 1
 START = replace(
     GAINS,
@@ -111,15 +110,21 @@ class Options:
     generations: int = 4  #: generations of the push; the approach has fewer
     population: int = 8  #: candidates of a generation
     elite: int = 3  #: candidates of a generation to which the next one is fitted
+    spread: float = 0.2  #: standard deviation of the logarithms of the first candidates
     episodes: int = 24  #: episodes of a candidate in each scenario
     checked: int = 100  #: episodes in each scenario in which the result is compared
     seed: int = seeds.DEVELOPMENT.start  #: first seed of the episodes
+    only: tuple[str, ...] = tuple(stage.task for stage in STAGES)  #: stages that are searched
+    start: FilePath | None = None  #: result of an earlier search, from which this one begins
     out: FilePath = Path("runs/paper-tune")  #: folder of the scores, from which a search resumes
     result: FilePath = tuned.FILE  #: file that is written
 
     def __post_init__(self) -> None:
         check_whole(self, "generations population episodes checked", 1)
         check_whole(self, "elite", 2, self.population - 1)
+        check_numbers(self, "spread", TINY, 1.0)
+        for name in self.only:
+            choice("stage", name, [stage.task for stage in STAGES])
         count = len(STAGES) * self.generations * self.episodes + self.checked
         seeds.check(range(self.seed, self.seed + count), "development")
 
@@ -159,7 +164,7 @@ def improved(
 
         mean, rng = stage.logarithms(base), np.random.default_rng(options.seed)
         numbers = generations, options.population, options.elite
-        found = search(objective, mean, np.full_like(mean, SPREAD), rng, *numbers)
+        found = search(objective, mean, np.full_like(mean, options.spread), rng, *numbers)
     return stage.gains(base, found)
 
 
@@ -182,16 +187,24 @@ def tune(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
     """
     with locked(options.out):
         scores = ScoreLog(options.out / LOG, "baselines.paper.tune")
-        gains, first = START, options.seed
+        gains, first, searches = START, options.seed, []
+        if options.start is not None:
+            earlier = json.loads(options.start.read_text(encoding="utf-8"))
+            gains, searches = PaperGains(**earlier["gains"]), earlier["searches"]
         for stage in STAGES:
+            if stage.task not in options.only:
+                continue
             gains = improved(stage, gains, options, first, scores)
             first += options.generations * options.episodes
         gains = _rounded(gains)
         wanted = range(first, first + options.checked)
-        numbers = ("generations", "population", "elite", "episodes", "checked", "seed")
+        numbers = (
+            *("generations", "population", "elite", "spread", "episodes", "checked", "seed"),
+            "only",
+        )
         result: dict[str, Any] = {
             "gains": asdict(gains),
-            "search": {"by": PROGRAM, **{n: getattr(options, n) for n in numbers}},
+            "searches": [*searches, {n: getattr(options, n) for n in numbers}],
             "delivered": {"as printed": check(GAINS, wanted), "tuned": check(gains, wanted)},
         }
         write_text(options.result, json.dumps(result, indent=2) + "\n")
