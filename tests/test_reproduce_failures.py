@@ -11,7 +11,7 @@ from helpers import no_larger_than
 from test_reproduce import JOB, ONLY, contents_of, refusal, run
 
 from baselines.evaluate.publish import marks
-from baselines.reproduce import contents, fig10_trials
+from baselines.reproduce import contents, paper_page
 from baselines.reproduce.artefact import OutputFolder
 from baselines.rollout import provenance
 from baselines.rollout.lock import locked
@@ -151,4 +151,4 @@ def test_captions_do_not_depend_on_docstrings_that_are_kept(monkeypatch):
 
 def test_the_marks_name_what_they_need():
     with pytest.raises(ValueError, match="once each"):
-        marks.check("", fig10_trials.START, fig10_trials.END)
+        marks.check("", *paper_page.borders("trials"))

@@ -11,7 +11,6 @@ import torch
 from train_helpers import layers_of, refusal, same, tiny
 
 from asv_env.sensing import observation
-from asv_env.tasks import TRANSPORT
 from baselines.learned import policy_file
 from train import actors, curriculum
 from train.config import PRESETS, SEEDS_PER_RUN, Config, parse
@@ -20,8 +19,6 @@ from train.run import by_name
 from train.sb3 import policies
 from train.sb3.ppo import Learner
 from train.sb3.vec_env import TrainingVecEnv
-
-SHIPPED = policy_file.file_for(TRANSPORT)
 
 
 @pytest.mark.parametrize("task", ["approach", "push", "transport"])
@@ -160,15 +157,13 @@ def test_an_initial_policy_of_another_kind_is_refused(other, message, trained, t
     assert message in refused_init(tmp_path / "other.npz")
 
 
-def test_an_initial_policy_of_other_layers_is_refused(trained, tmp_path):
+def test_an_initial_policy_of_other_layers_is_refused(trained, learned_files, tmp_path):
     shutil.copy(trained / "best.npz", tmp_path / "wide.npz")
     assert "wide.npz: layers of sizes [53, 16, 16, 2] do not fit" in refused_init(
         tmp_path / "wide.npz", "--hidden", 8, 16
     )
-    shutil.copy(SHIPPED, tmp_path / "several.npz")
-    assert "several.npz holds 4 networks: it must hold one" in refused_init(
-        tmp_path / "several.npz"
-    )
+    several = learned_files / "transport.npz"
+    assert "transport.npz holds 2 networks: it must hold one" in refused_init(several)
 
 
 def actor(*hidden):
@@ -203,7 +198,9 @@ def test_a_wider_actor_begins_by_acting_as_the_file(trained):
 # ------------------------------------------------------------------ policies that are rolled out
 
 
-def test_a_rollout_policy_of_another_kind_is_refused(trained, tmp_path, monkeypatch):
+def test_a_rollout_policy_of_another_kind_is_refused(
+    trained, learned_files, tmp_path, monkeypatch
+):
     monkeypatch.setattr(curriculum, "LEAST_ROLLOUTS", 1)
     monkeypatch.setattr(curriculum, "ROLLOUTS", 1)
 
@@ -214,9 +211,10 @@ def test_a_rollout_policy_of_another_kind_is_refused(trained, tmp_path, monkeypa
     starts = ("--curriculum.rollout-starts", 0.5)
     assert "1 networks for a team of 4" in refused(trained / "best.npz", *starts)
     assert "rollout_starts = 0: no episode would begin" in refused(trained / "best.npz")
-    both = policy_file.read(SHIPPED)[0]
+    both = policy_file.read(learned_files / "transport.npz")[0]
     file = tmp_path / "four.npz"
-    policy_file.save(file, [phase for phase in both if phase.team_size == 4], {})
+    four = [replace(one, team_size=4) for one in both]
+    policy_file.save(file, four, {})
     assert "four.npz: 0 networks for a team of 6" in refused(file, *starts, "--teams", 6)
     idle = [replace(one, layers=[(0 * w, 0 * b) for w, b in one.layers]) for one in both]
     policy_file.save(file, idle, {})
