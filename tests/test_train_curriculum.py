@@ -10,7 +10,9 @@ from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
 from asv_env.tasks import TRANSPORT, formation
 from baselines.learned import policy_file
+from baselines.learned.phases import PhasedPolicy
 from baselines.scripted.scripted_policy import ScriptedPolicy
+from train import curriculum
 from train.curriculum import CurriculumStates, along_episodes, scaled_noise, where_pushes_begin
 
 
@@ -72,8 +74,24 @@ def test_boats_begin_in_the_slots_of_either_side():
     assert 15 < sides.count(1.0) < 45
 
 
-def test_pushes_begin_where_a_rollout_has_brought_the_vessel_into_closure():
+class Closing(PhasedPolicy):
+    """Phases of a policy file in which the scripted policy acts."""
+
+    def __init__(self, phases, params):
+        super().__init__(phases, params)
+        self._script, self._memory = ScriptedPolicy(params), None
+
+    def act(self, sensed, observation, memory, fresh):
+        _, memory = super().act(sensed, observation, memory, fresh)
+        action, self._memory = self._script.act(sensed, observation, self._memory, fresh)
+        return action, memory
+
+
+def test_pushes_begin_where_a_rollout_has_brought_the_vessel_into_closure(
+    learned_files, monkeypatch
+):
     """Seen from the +n side, in closure, also where the team pushes from the other one."""
+    monkeypatch.setattr(curriculum, "PhasedPolicy", Closing)
     file = policy_file.file_for(TRANSPORT)
     params = make_params("transport", scenario="noisy")
     states = where_pushes_begin(file, params, range(10**9, 10**9 + 8))

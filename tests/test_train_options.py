@@ -198,9 +198,7 @@ def test_a_wider_actor_begins_by_acting_as_the_file(trained):
 # ------------------------------------------------------------------ policies that are rolled out
 
 
-def test_a_rollout_policy_of_another_kind_is_refused(
-    trained, learned_files, tmp_path, monkeypatch
-):
+def test_a_rollout_policy_of_another_kind_is_refused(trained, learned_files, tmp_path, monkeypatch):
     monkeypatch.setattr(curriculum, "LEAST_ROLLOUTS", 1)
     monkeypatch.setattr(curriculum, "ROLLOUTS", 1)
 
