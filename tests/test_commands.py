@@ -1,5 +1,6 @@
 """What all commands do with their paths and with a reader who is gone."""
 
+import signal
 import subprocess
 import sys
 import warnings
@@ -8,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from baselines.evaluate import command as evaluate
-from baselines.rollout.commands import FilePath, command
+from baselines.rollout.commands import FilePath, Terminated, command, steady, unbroken
 
 PRINTS = """
 from baselines.rollout.commands import command
@@ -67,3 +68,21 @@ def test_a_film_in_the_home_folder_is_not_replaced_unasked(tmp_path, monkeypatch
         evaluate.main(["--video=~/film.gif", "--out", str(tmp_path / "run"), "--episodes", "1"])
     assert "film.gif exists" in capsys.readouterr().err
     assert (tmp_path / "film.gif").read_text() == "precious"
+
+
+@pytest.mark.parametrize(
+    ("number", "error"), [(signal.SIGTERM, Terminated), (signal.SIGINT, KeyboardInterrupt)]
+)
+def test_a_signal_ends_a_command_after_a_block_that_is_not_to_be_broken(number, error):
+    reached = []
+
+    def work() -> None:
+        with steady(), unbroken():
+            signal.raise_signal(number)
+            reached.append("the end of the block")
+
+    with pytest.raises(error):
+        work()
+    assert reached
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL

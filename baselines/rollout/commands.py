@@ -76,6 +76,26 @@ def _terminate(number: int, _: Any) -> None:
     raise Terminated(signal.Signals(number).name)
 
 
+@contextmanager
+def unbroken() -> Iterator[None]:
+    """Runs a block to its end before a signal ends the command.
+
+    For libraries that, stopped in the middle of a file, fail with an error of their own.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: list[int] = []
+    with ExitStack() as stack:
+        for number in (signal.SIGINT, *ENDING):
+            if signal.getsignal(number) is not None:  # else it is handled by C code
+                before = signal.signal(number, lambda number, _: heard.append(number))
+                stack.callback(signal.signal, number, before)
+        yield
+    if heard:
+        signal.raise_signal(heard[0])
+
+
 def _hear_again(report: Callable[[Any], object], unraisable: Any) -> None:
     """Has a signal come again that came in a callback of a C library, where errors are lost."""
     error = unraisable.exc_value

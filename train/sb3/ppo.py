@@ -18,6 +18,7 @@ from stable_baselines3.common.type_aliases import RolloutBufferSamples
 from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecEnv
 
+from baselines.rollout.commands import unbroken
 from train.config import Config
 from train.keep_best import Status
 from train.sb3.policies import policy_class
@@ -174,7 +175,8 @@ class Learner(PPO):
             "random": _random_states(),
         }
         content = io.BytesIO()
-        self.save(content)
+        with unbroken():
+            self.save(content)
         return content.getvalue()
 
     @classmethod
