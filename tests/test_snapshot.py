@@ -20,18 +20,18 @@ STEPS = 500
 CALLS = ("reset", "one", "step", "copy", "pickle", "snapshot", "restore")
 WALLED = {"water": {"walls": 2.0}}
 CASES = [
-    ("push", "harsh", 1, 128, {}),
-    ("push", "failure", 5, 128, WALLED),
-    ("transport", "harsh", 3, 1, WALLED),
-    ("approach", "noisy", 2, 128, {}),
+    ("push", "harsh", 1, 1, {}),
+    ("push", "failure", 5, 2, WALLED),
+    ("transport", "harsh", 3, 3, WALLED),
+    ("approach", "noisy", 2, 2, {}),
     ("push", "nominal", 2, 1, {"action_mode": "thrusters"}),
     ("push", "noisy", 2, 2, {"preset": "experiment"}),
 ]
 
 
-def made(task, scenario, worlds, per_space, options):
+def made(task, scenario, worlds, num_threads, options):
     return Simulation(
-        make_params(task, scenario=scenario, time_limit=20.0, **options), worlds, per_space
+        make_params(task, scenario=scenario, time_limit=20.0, **options), worlds, num_threads
     )
 
 
