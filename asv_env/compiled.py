@@ -25,15 +25,29 @@ Law = TypeVar("Law", bound=Callable[..., Any])
 def compiled(law: Law) -> Law:
     """Compiles a function at its first call; it runs without the interpreter's lock.
 
+    It must not make arrays: then Numba need not count who holds which, which takes longer than most
+    laws. Where it is called by compiled code, it becomes part of the caller.
+
     The machine code is kept beside the source, or in the user's cache where that folder cannot be
     written to. Where neither can, each process compiles for itself. Numba takes code from its cache
     as long as the function's own file is the same; here any change of a file with laws, or with
     their constants, counts, because laws call each other across files.
     """
+    return _compiled(law, forceinline=True, _nrt=False)
+
+
+def allocating(law: Law) -> Law:
+    """Compiles a function as ``compiled`` does, which may make arrays or take a ``Bound``."""
+    return _compiled(law)
+
+
+def _compiled(law: Law, **options: Any) -> Law:
+    """Compiles a function with more options of Numba."""
+    options = {"nogil": True, "error_model": "numpy", **options}
     try:
-        dispatcher = numba.njit(nogil=True, cache=True, error_model="numpy")(law)
+        dispatcher = numba.njit(cache=True, **options)(law)
     except RuntimeError:  # Numba finds no folder for its cache.
-        return cast(Law, numba.njit(nogil=True, error_model="numpy")(law))
+        return cast(Law, numba.njit(**options)(law))
     index = cast(Any, dispatcher)._cache._cache_file
     index._source_stamp = index._source_stamp, _stamp()
     return cast(Law, dispatcher)
@@ -68,7 +82,7 @@ class Bound(structref.StructRefProxy):
 structref.define_proxy(Bound, _BoundType, ["content"])
 
 
-@compiled
+@allocating
 def bound(content: tuple[Any, ...]) -> Any:
     """Returns a ``Bound`` of this content."""
     return Bound(content)

@@ -13,12 +13,28 @@ from asv_env.compiled import compiled
 from asv_env.types import Complex, Float
 
 TURN = 2 * math.pi
+SMALL = 0.1  #: largest angle whose cosine and sine come from short series, rad
 
 
 @compiled
 def wrapped(angle: float) -> float:
     """Returns an angle, rad, wrapped to (-pi, pi]; an angle in there stays as it is."""
     return angle - TURN * np.ceil((angle - math.pi) / TURN)
+
+
+@compiled
+def cos_sin(angle: float) -> tuple[float, float]:
+    """Returns cosine and sine of an angle, rad.
+
+    Those of a small angle, as a hull turns by in a step, come from series whose next terms are
+    below the rounding error.
+    """
+    if abs(angle) > SMALL:
+        return math.cos(angle), math.sin(angle)
+    s = angle * angle
+    cos = 1.0 - s * (1 / 2 - s * (1 / 24 - s * (1 / 720 - s * (1 / 40320))))
+    sin = angle - angle * s * (1 / 6 - s * (1 / 120 - s * (1 / 5040 - s * (1 / 362880))))
+    return cos, sin
 
 
 def wrap(angle: ArrayLike) -> Float:

@@ -12,10 +12,9 @@ PACKAGE = Path(__file__).resolve().parents[1] / "asv_env"
 PROGRAM = """
 import sys
 sys.dont_write_bytecode = True
-import numpy as np
 from asv_env.physics import hull
-hulls = hull.Hulls(*np.ones((4, 1, 1, 3)))
-moved = hull.resisted(0.1, 0.2, 0.3, (0.0, 0.5, 1.0), hulls, 0, 0, (1.0, 1.0), 0.5)
+hulls = hull.hulls(1, 1)
+moved = hull.resisted(0.1, 0.2, 0.3, (0.0, 0.5, 1.0), hulls, 0, 0, (1.0, 1.0))
 print(hull.__file__)
 print(*moved)
 print(hull.resisted.stats.cache_hits.total())

@@ -1,4 +1,4 @@
-"""Laws of the boats, as the compiled loop calls them: motors, autopilot, shelter."""
+"""Laws of the boats, as the compiled loop calls them: turns, motors, autopilot, shelter."""
 
 import math
 from dataclasses import replace
@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from asv_env import make_params
+from asv_env.geometry import SMALL, cos_sin
 from asv_env.params import THRUST_LAWS, BoatParams
 from asv_env.physics import autopilot, shelter, thrusters
 
@@ -21,6 +22,17 @@ BOATS = st.builds(
     st.floats(1e-3, 1e2),
 )
 shares = st.floats(-1.0, 1.0)
+
+# ------------------------------------------------------------------ turns
+
+
+@given(angle=st.floats(-2 * SMALL, 2 * SMALL))
+def test_cosine_and_sine_of_small_turns_are_exact(angle):
+    """Within two units in the last place."""
+    cos, sin = cos_sin(angle)
+    assert cos == approx(math.cos(angle), rel=4e-16, abs=0.0)
+    assert sin == approx(math.sin(angle), rel=4e-16, abs=0.0)
+
 
 # ------------------------------------------------------------------ motors
 

@@ -10,11 +10,10 @@ from itertools import chain
 
 import numpy as np
 import pymunk
-from pymunk.batch import ffi
 
 from asv_env.params import EnvParams, HullParams
 from asv_env.physics import kernel, memory, native
-from asv_env.physics.exchange import CONTACT, IDS, MOTION, SLACK, WRENCH, Requests
+from asv_env.physics.exchange import IDS, SLACK, Requests, address, fields
 from asv_env.physics.kernel import Bodies, Wires
 from asv_env.types import Float
 
@@ -32,6 +31,7 @@ class BasinSnapshot:
     #: (W, B, 9) pose and velocity as the next step finds them, mass, inertia, friction
     bodies: Float
     motion: Float  #: (W, B, 6) motion after the last step
+    direction: Float  #: (W, B, 2) cosine and sine of the headings then
     contacts: list[memory.Contacts]  #: of each world, in the last step
 
 
@@ -46,13 +46,10 @@ class Basin:
         vessel, boat = params.hulls()
         self._hulls = [vessel] + [boat] * params.num_boats
         count, team = len(self._hulls), params.num_boats
-        # A Space with walls has one more body, visited last; and Pymunk wants some room to spare.
-        self._motion = np.zeros((num_worlds, count + 2, 6))
-        wrench = np.zeros((num_worlds, count + 3, 3))
         #: what the kernel reads and writes
         self.bodies = Bodies(
-            self._motion,
-            wrench,
+            np.zeros((num_worlds, count, 6)),
+            np.zeros((num_worlds, count, 2)),
             np.zeros((num_worlds, team, 2), dtype=np.bool_),
             np.zeros((num_worlds, team)),
         )
@@ -63,17 +60,13 @@ class Basin:
         pairs = count * (count - 1) // 2 + 4 * count
         impulse = np.zeros((num_threads, 2 * pairs + SLACK))
         contact_id = np.zeros((num_threads, IDS * pairs + SLACK), dtype=np.int64)
-        self._read = Requests(MOTION, self._motion.reshape(num_worlds, -1))
-        self._write = Requests(WRENCH, wrench.reshape(num_worlds, -1))
-        self._contacts = Requests(CONTACT, impulse, contact_id)
+        self._contacts = Requests(impulse, contact_id)
         #: how the kernel reaches Pymunk
         self.wires = Wires(
             functions=np.array(native.FUNCTIONS),
-            space=np.array([int(ffi.cast("uintptr_t", each._space)) for each in self._spaces]),
-            read=self._read.address,
-            write=self._write.address,
-            read_count=self._read.floats_copied,
-            write_count=self._write.floats_copied,
+            space=np.array([address(space._space) for space in self._spaces]),
+            body=np.array([[address(body._body) for body in bodies] for bodies in self._bodies]),
+            fields=fields(),
             body_id=np.array([[body.id for body in bodies] for bodies in self._bodies]),
             contact=self._contacts.address,
             impulse_count=self._contacts.floats_copied,
@@ -81,7 +74,8 @@ class Basin:
             impulse=impulse,
             contact_id=contact_id,
         )
-        self._read_all()
+        for world in range(num_worlds):
+            kernel.read(self.wires, self.bodies, world)
 
     def _make_world(self) -> tuple[pymunk.Space, list[pymunk.Body], list[pymunk.Segment]]:
         """Returns a Space with the bodies of one world at its origin, these, and its walls."""
@@ -99,17 +93,13 @@ class Basin:
     @property
     def motion(self) -> Float:
         """Motion (W, B, 6) after the last step, headings not wrapped: a view."""
-        return self._motion[:, :-2]
+        return self.bodies.motion
 
     def settle(self) -> None:
         """Lets the bodies move again, after the step whose change of position they had made."""
         self.moved = False
         for body in chain.from_iterable(self._bodies):
             body.position_func = pymunk.Body.update_position
-
-    def _read_all(self) -> None:
-        for world in range(len(self._spaces)):
-            kernel.read(self.wires, world)
 
     def snapshot(self) -> BasinSnapshot:
         """Returns all that the next steps depend on, for the simulation to copy.
@@ -124,16 +114,15 @@ class Basin:
                 body.position_func = memory.stay
             self.moved = True
         bodies = [[memory.remembered(body) for body in world] for world in self._bodies]
-        return BasinSnapshot(
-            np.array(bodies), self.motion, list(map(memory.contacts, self._spaces))
-        )
+        motion = self.motion, self.bodies.direction
+        return BasinSnapshot(np.array(bodies), *motion, list(map(memory.contacts, self._spaces)))
 
     def restore(self, snapshot: BasinSnapshot) -> None:
         """Continues as the basin did, with the same arguments, whose ``snapshot`` this is.
 
         A step in which the bodies rest where they were finds the same contacts again.
         """
-        self.motion[...] = snapshot.motion
+        self.motion[...], self.bodies.direction[...] = snapshot.motion, snapshot.direction
         at_rest = snapshot.bodies.copy()
         at_rest[..., :3], at_rest[..., 3:6] = snapshot.motion[..., :3], 0.0
         self._put(at_rest)
@@ -171,7 +160,7 @@ class Basin:
             space.reindex_shapes_for_body(body)
         for wall in self._walls[world]:
             wall.friction = root
-        self.motion[world] = motion
+        kernel.read(self.wires, self.bodies, world)
 
 
 def _add_hull(space: pymunk.Space, hull: HullParams) -> pymunk.Body:

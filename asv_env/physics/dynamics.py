@@ -8,9 +8,8 @@ import numpy as np
 from asv_env.compiled import bound
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.physics import autopilot, kernel, thrusters, water
+from asv_env.physics import autopilot, hull, kernel, thrusters, water
 from asv_env.physics.basin import Basin, BasinSnapshot
-from asv_env.physics.hull import Hulls
 from asv_env.physics.kernel import Plant
 from asv_env.physics.shelter import cover
 from asv_env.threads import spread
@@ -40,15 +39,14 @@ class Dynamics:
         self.basin = Basin(params, num_worlds, self._num_threads)
         vessel, boat = params.hulls()
         hulls = [vessel] + [boat] * params.num_boats
-        self._masses = np.array([hull.masses for hull in hulls])
-        self._contact_masses = np.array([hull.contact_mass for hull in hulls])
-        self._drag = np.array([(hull.surge, hull.sway, hull.yaw) for hull in hulls])
+        self._masses = np.array([each.masses for each in hulls])
+        self._contact_masses = np.array([each.contact_mass for each in hulls])
+        self._drag = np.array([(each.surge, each.sway, each.yaw) for each in hulls])
         self._scale = autopilot.scale(boat)
-        shape = (num_worlds, len(hulls), 3)
         surge, yaw = autopilot.axes(boat)
         self.plant = Plant(
-            contact_mass=np.ones(shape[:2]),
-            hulls=Hulls(*np.ones((4, *shape))),
+            per_step=np.ones((num_worlds, len(hulls), 2)),
+            hulls=hull.hulls(num_worlds, len(hulls)),
             motors=thrusters.motors(num_worlds, params.num_boats),
             drive=thrusters.drive(boat),
             surge=surge,
@@ -68,14 +66,14 @@ class Dynamics:
 
     def place(self, world: int, initial: InitialState) -> None:
         """Places one world in its initial state, motors off, autopilots at the boats' motion."""
-        plant, hulls = self.plant, self.plant.hulls
+        plant = self.plant
         gain = initial.mass_gain
         contact_mass, mass = self._contact_masses * gain, self._masses * gain[:, None]
         self.basin.place(world, initial.motion, contact_mass, mass[:, 2], initial.friction)
-        plant.contact_mass[world], hulls.mass[world] = contact_mass, mass
+        plant.per_step[world, :, 0] = contact_mass / self._dt
+        plant.per_step[world, :, 1] = mass[:, 2] / self._dt
         drag = self._drag * initial.drag_gain[:, None, None]
-        hulls.linear[world], hulls.quadratic[world] = drag[..., 0], drag[..., 1]
-        hulls.soft[world] = water.softenings(0.5 * self._dt * drag[..., 0] / mass)
+        hull.equip(plant.hulls, world, mass, drag, self._dt)
         motors = plant.motors
         motors.signal[world] = motors.thrust[world] = 0.0
         motors.gain[world] = initial.thrust_gain
@@ -98,7 +96,7 @@ class Dynamics:
     def _changing(self) -> tuple[Float, ...]:
         """Returns the arrays that change from step to step, or from episode to episode."""
         plant = self.plant
-        per_episode = plant.contact_mass, *plant.hulls
+        per_episode = plant.per_step, *plant.hulls
         return *per_episode, *plant.motors, plant.reference, self._commands
 
     def delayed(self, command: Float) -> Float:

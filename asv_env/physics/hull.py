@@ -12,46 +12,75 @@ The term with u v is the Munk moment. The terms with r say that the momentum (m_
 its direction over ground while the hull turns under it.
 """
 
-import math
 from typing import NamedTuple
 
+import numpy as np
+
 from asv_env.compiled import compiled
-from asv_env.physics.water import damped
+from asv_env.geometry import cos_sin
+from asv_env.physics.water import damped, softening
 from asv_env.types import Float
 
 
 class Hulls(NamedTuple):
-    """Effective masses and drag of all hulls, each (W, B, 3): surge, sway, yaw."""
+    """How all hulls answer to forces and to the water, (W, B, 3) each: surge, sway, yaw.
+
+    What a step divides by is divided by beforehand.
+    """
 
     mass: Float  #: masses and inertia with what the water adds, kg, kg, kg m^2
     linear: Float  #: linear drag coefficients
     quadratic: Float  #: quadratic drag coefficients
     soft: Float  #: ``water.softening`` of half a step
+    per_mass: Float  #: half a step over ``mass``
+    coupling: Float  #: m_v / m_u, m_u / m_v and half a step times (m_u - m_v) / I
+
+
+def hulls(num_worlds: int, bodies: int) -> Hulls:
+    """Returns hulls of which ``equip`` makes those of the worlds."""
+    return Hulls(*np.ones((len(Hulls._fields), num_worlds, bodies, 3)))
 
 
 @compiled
-def munk_moment(u: float, v: float, mass_u: float, mass_v: float) -> float:
-    """Returns the moment of the water on a hull that moves obliquely, N m."""
-    return (mass_u - mass_v) * u * v
+def equip(hulls: Hulls, world: int, mass: Float, drag: Float, dt: float) -> None:
+    """Gives the hulls of a world their masses (B, 3) and coefficients of drag (B, 3, 2).
+
+    The last axis is that of linear and quadratic drag; ``dt`` is the duration of a step, s.
+    """
+    half = 0.5 * dt
+    for body in range(len(mass)):
+        for axis in range(3):
+            own, linear = mass[body, axis], drag[body, axis, 0]
+            hulls.mass[world, body, axis] = own
+            hulls.linear[world, body, axis] = linear
+            hulls.quadratic[world, body, axis] = drag[body, axis, 1]
+            hulls.soft[world, body, axis] = softening(half * linear / own)
+            hulls.per_mass[world, body, axis] = half / own
+        mass_u, mass_v, inertia = mass[body, 0], mass[body, 1], mass[body, 2]
+        hulls.coupling[world, body, 0] = mass_v / mass_u
+        hulls.coupling[world, body, 1] = mass_u / mass_v
+        hulls.coupling[world, body, 2] = half * (mass_u - mass_v) / inertia
 
 
 @compiled
 def coupled(
-    u: float, v: float, r: float, mass: Float, dt: float
-) -> tuple[float, float, float, float]:
-    """Returns the velocity after a step of ``dt`` s without force or drag, and the turn in it, rad.
+    u: float, v: float, r: float, hulls: Hulls, world: int, body: int, dt: float
+) -> tuple[float, float, float, float, float]:
+    """Returns the velocity after a step of ``dt`` s without force or drag.
 
     The momentum keeps its direction exactly; the Munk moment acts half before and half after.
-    This conserves energy as long as the step is short.
+    This conserves energy as long as the step is short. The other two numbers are cosine and sine
+    of the turn in the step.
     """
-    mass_u, mass_v, inertia = mass[0], mass[1], mass[2]
-    r += 0.5 * dt * munk_moment(u, v, mass_u, mass_v) / inertia
-    turn = r * dt
-    cos, sin = math.cos(turn), math.sin(turn)
-    p, q = mass_u * u, mass_v * v
-    u, v = (cos * p + sin * q) / mass_u, (cos * q - sin * p) / mass_v
-    r += 0.5 * dt * munk_moment(u, v, mass_u, mass_v) / inertia
-    return u, v, r, turn
+    munk = hulls.coupling[world, body, 2]
+    r += munk * u * v
+    cos, sin = cos_sin(r * dt)
+    u, v = (
+        cos * u + sin * hulls.coupling[world, body, 0] * v,
+        cos * v - sin * hulls.coupling[world, body, 1] * u,
+    )
+    r += munk * u * v
+    return u, v, r, cos, sin
 
 
 @compiled
@@ -64,17 +93,33 @@ def resisted(
     world: int,
     body: int,
     shelter: tuple[float, float],
-    dt: float,
 ) -> tuple[float, float, float]:
     """Returns the velocity after half a step under a force and drag, each axis by itself."""
-    mass, soft = hulls.mass[world, body], hulls.soft[world, body]
-    linear, quadratic = hulls.linear[world, body], hulls.quadratic[world, body]
-    a, b = shelter
-    return (
-        damped(u, force[0], dt / mass[0], a * linear[0], a * quadratic[0], soft[0]),
-        damped(v, force[1], dt / mass[1], b * linear[1], b * quadratic[1], soft[1]),
-        damped(r, force[2], dt / mass[2], linear[2], quadratic[2], soft[2]),
+    after_u = damped(
+        u,
+        force[0],
+        hulls.per_mass[world, body, 0],
+        shelter[0] * hulls.linear[world, body, 0],
+        shelter[0] * hulls.quadratic[world, body, 0],
+        hulls.soft[world, body, 0],
     )
+    after_v = damped(
+        v,
+        force[1],
+        hulls.per_mass[world, body, 1],
+        shelter[1] * hulls.linear[world, body, 1],
+        shelter[1] * hulls.quadratic[world, body, 1],
+        hulls.soft[world, body, 1],
+    )
+    after_r = damped(
+        r,
+        force[2],
+        hulls.per_mass[world, body, 2],
+        hulls.linear[world, body, 2],
+        hulls.quadratic[world, body, 2],
+        hulls.soft[world, body, 2],
+    )
+    return after_u, after_v, after_r
 
 
 @compiled
@@ -88,8 +133,8 @@ def advanced(
     body: int,
     shelter: tuple[float, float],
     dt: float,
-) -> tuple[float, float, float, float]:
-    """Returns the velocity of a hull after a step without contact, and the turn in it, rad.
+) -> tuple[float, float, float, float, float]:
+    """Returns the velocity of a hull after a step without contact.
 
     Drag, the coupling of the axes, and drag again act for half a step, a step and half a step
     (Strang's splitting).
@@ -104,9 +149,11 @@ def advanced(
         body: row of the hull in ``hulls``.
         shelter: factors on the drag in surge and in sway.
         dt: duration of the step, s.
+
+    Returns:
+        The velocity after it, and cosine and sine of the turn in it.
     """
-    half = 0.5 * dt
-    u, v, r = resisted(u, v, r, force, hulls, world, body, shelter, half)
-    u, v, r, turn = coupled(u, v, r, hulls.mass[world, body], dt)
-    u, v, r = resisted(u, v, r, force, hulls, world, body, shelter, half)
-    return u, v, r, turn
+    u, v, r = resisted(u, v, r, force, hulls, world, body, shelter)
+    u, v, r, cos, sin = coupled(u, v, r, hulls, world, body, dt)
+    u, v, r = resisted(u, v, r, force, hulls, world, body, shelter)
+    return u, v, r, cos, sin

@@ -12,24 +12,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from asv_env.compiled import Bound, compiled
-from asv_env.geometry import wrapped
+from asv_env.compiled import Bound, allocating, compiled
+from asv_env.geometry import cos_sin, wrapped
 from asv_env.physics import native
 from asv_env.physics.autopilot import Axis, effort, referred
-from asv_env.physics.exchange import IDS
+from asv_env.physics.exchange import IDS, Fields
 from asv_env.physics.hull import Hulls, advanced
-from asv_env.physics.native import (
-    EACH_BODY,
-    EACH_CONTACT,
-    READ_BODY,
-    READ_CONTACT,
-    STEP,
-    WRITE_BODY,
-)
+from asv_env.physics.native import EACH_CONTACT, READ_CONTACT, STEP
 from asv_env.physics.shelter import Cover, shelter
 from asv_env.physics.thrusters import Drive, Motors, allocated, driven, signal_for
 from asv_env.physics.water import STILL, Flow, velocity
 from asv_env.types import Bool, Float, Int
+
+WORD = 8  #: bytes of a number
 
 
 class Wires(NamedTuple):
@@ -37,10 +32,8 @@ class Wires(NamedTuple):
 
     functions: Int  #: ``native.FUNCTIONS``
     space: Int  #: (W,) addresses of the Spaces
-    read: Int  #: (W,) addresses of the requests that fill ``motion``
-    write: Int  #: (W,) addresses of the requests that take ``wrench``
-    read_count: np.ndarray  #: (W, 4) int32, column 0 counts the numbers read
-    write_count: np.ndarray  #: (W, 4) int32, column 0 counts the numbers written
+    body: Int  #: (W, B) addresses of the hulls
+    fields: Fields  #: where a hull's numbers are
     body_id: Int  #: (W, B) Pymunk's numbers of the hulls
     contact: Int  #: (T,) addresses of the requests for contacts
     impulse_count: np.ndarray  #: (T, 4) int32, column 0 counts the numbers in ``impulse``
@@ -52,7 +45,7 @@ class Wires(NamedTuple):
 class Plant(NamedTuple):
     """Everything that acts on the hulls."""
 
-    contact_mass: Float  #: (W, B) mass that Pymunk knows, kg
+    per_step: Float  #: (W, B, 2) mass and inertia that Pymunk knows over a step, kg/s, kg m^2/s
     hulls: Hulls
     motors: Motors
     drive: Drive
@@ -66,10 +59,10 @@ class Plant(NamedTuple):
 
 
 class Bodies(NamedTuple):
-    """Motion of the hulls and what is exchanged with Pymunk, which needs spare rows."""
+    """Motion of the hulls and what they feel."""
 
-    motion: Float  #: (W, B + 2, 6) world frame; headings are not wrapped
-    wrench: Float  #: (W, B + 3, 3) world frame, N, N, N m
+    motion: Float  #: (W, B, 6) world frame; headings are not wrapped
+    direction: Float  #: (W, B, 2) cosine and sine of the headings
     touching: Bool  #: (W, A, 2) whether a hull touches the vessel, another boat or a wall
     contact_force: Float  #: (W, A) mean force between boat and vessel in the steps, N
 
@@ -80,54 +73,64 @@ def steered(
 ) -> tuple[float, float, float]:
     """Advances autopilot and motors of a boat by a step; returns the motors' wrench.
 
-    ``speed`` over ground ahead, m/s, and ``yaw_rate``, rad/s, are those of the boat.
+    ``speed`` over ground ahead, m/s, and ``yaw_rate``, rad/s, are those of the boat; ``action`` is
+    that of all boats (W, A, 2).
     """
     left, right = 0.0, 0.0
-    reference = plant.reference[world, boat]
     if not works:
-        reference[0], reference[1] = speed, yaw_rate
+        plant.reference[world, boat, 0], plant.reference[world, boat, 1] = speed, yaw_rate
     elif plant.tracking:
-        reference[0], acceleration = referred(reference[0], action[0], plant.surge, plant.dt)
-        force = effort(speed, reference[0], acceleration, plant.surge)
-        reference[1], acceleration = referred(reference[1], action[1], plant.yaw, plant.dt)
-        moment = effort(yaw_rate, reference[1], acceleration, plant.yaw)
-        wanted = allocated(force, moment, plant.drive)
-        left, right = signal_for(wanted[0], plant.drive), signal_for(wanted[1], plant.drive)
+        ahead, turning = action[world, boat, 0], action[world, boat, 1]
+        surge, yaw, dt = plant.reference[world, boat, 0], plant.reference[world, boat, 1], plant.dt
+        surge, acceleration = referred(surge, ahead, plant.surge, dt)
+        force = effort(speed, surge, acceleration, plant.surge)
+        yaw, acceleration = referred(yaw, turning, plant.yaw, dt)
+        moment = effort(yaw_rate, yaw, acceleration, plant.yaw)
+        plant.reference[world, boat, 0], plant.reference[world, boat, 1] = surge, yaw
+        port, starboard = allocated(force, moment, plant.drive)
+        left, right = signal_for(port, plant.drive), signal_for(starboard, plant.drive)
     else:
-        left, right = action[0], action[1]
+        left, right = action[world, boat, 0], action[world, boat, 1]
     return driven(plant.motors, plant.drive, world, boat, left, right)
 
 
 @compiled
 def push(
-    plant: Plant, bodies: Bodies, world: int, action: Float, working: Bool, factors: Float
+    plant: Plant,
+    bodies: Bodies,
+    wires: Wires,
+    world: int,
+    action: Float,
+    working: Bool,
+    factors: Float,
 ) -> None:
-    """Writes the wrench of the next step on all hulls of a world into ``bodies.wrench``."""
-    dt = plant.dt
-    motion, wrench = bodies.motion[world], bodies.wrench[world]
-    count = len(working) + 1
+    """Puts the wrench of the next step on all hulls of a world."""
+    dt, fields = plant.dt, wires.fields
     if plant.cover.share > 0.0:
-        shelter(plant.cover, motion[:count], factors)
-    for body in range(count):
-        x, y, heading = motion[body, 0], motion[body, 1], motion[body, 2]
-        vx, vy, r = motion[body, 3], motion[body, 4], motion[body, 5]
-        middle = heading + 0.5 * dt * r
-        cos, sin = math.cos(middle), math.sin(middle)
+        shelter(plant.cover, bodies.motion[world], factors)
+    for body in range(wires.body.shape[1]):
+        x, y = bodies.motion[world, body, 0], bodies.motion[world, body, 1]
+        vx, vy = bodies.motion[world, body, 3], bodies.motion[world, body, 4]
+        r = bodies.motion[world, body, 5]
+        e, f = bodies.direction[world, body, 0], bodies.direction[world, body, 1]
+        c, s = cos_sin(0.5 * dt * r)
+        cos, sin = e * c - f * s, f * c + e * s
         wx, wy = velocity(plant.flow, x + 0.5 * dt * vx, y + 0.5 * dt * vy)
         u, v = cos * (vx - wx) + sin * (vy - wy), cos * (vy - wy) - sin * (vx - wx)
         force = 0.0, 0.0, 0.0
         if body > 0:
             boat, speed = body - 1, cos * vx + sin * vy
-            force = steered(plant, world, boat, speed, r, action[boat], working[boat])
+            force = steered(plant, world, boat, speed, r, action, working[world, boat])
         hidden = factors[body, 0], factors[body, 1]
-        u, v, turn_rate, turn = advanced(u, v, r, force, plant.hulls, world, body, hidden, dt)
+        u, v, turn_rate, c, s = advanced(u, v, r, force, plant.hulls, world, body, hidden, dt)
         if plant.flow.kind != STILL:
             wx, wy = velocity(plant.flow, x + 1.5 * dt * vx, y + 1.5 * dt * vy)
-        cos, sin = math.cos(middle + turn), math.sin(middle + turn)
-        per_step = plant.contact_mass[world, body] / dt
-        wrench[body, 0] = per_step * (wx + cos * u - sin * v - vx)
-        wrench[body, 1] = per_step * (wy + sin * u + cos * v - vy)
-        wrench[body, 2] = plant.hulls.mass[world, body, 2] / dt * (turn_rate - r)
+        cos, sin = cos * c - sin * s, sin * c + cos * s
+        mass, inertia = plant.per_step[world, body, 0], plant.per_step[world, body, 1]
+        hull = wires.body[world, body]
+        native.store(hull + fields.force, mass * (wx + cos * u - sin * v - vx))
+        native.store(hull + fields.force + WORD, mass * (wy + sin * u + cos * v - vy))
+        native.store(hull + fields.torque, inertia * (turn_rate - r))
 
 
 @compiled
@@ -168,11 +171,19 @@ def feel(wires: Wires, bodies: Bodies, world: int, thread: int, share: float) ->
 
 
 @compiled
-def read(wires: Wires, world: int) -> None:
+def read(wires: Wires, bodies: Bodies, world: int) -> None:
     """Reads the motion of a world's hulls."""
-    wires.read_count[world, 0] = 0
-    each, visitor = wires.functions[EACH_BODY], wires.functions[READ_BODY]
-    native.visit(each, wires.space[world], visitor, wires.read[world])
+    fields = wires.fields
+    for body in range(wires.body.shape[1]):
+        hull = wires.body[world, body]
+        bodies.motion[world, body, 0] = native.load(hull + fields.position)
+        bodies.motion[world, body, 1] = native.load(hull + fields.position + WORD)
+        bodies.motion[world, body, 2] = native.load(hull + fields.heading)
+        bodies.motion[world, body, 3] = native.load(hull + fields.velocity)
+        bodies.motion[world, body, 4] = native.load(hull + fields.velocity + WORD)
+        bodies.motion[world, body, 5] = native.load(hull + fields.yaw_rate)
+        bodies.direction[world, body, 0] = native.load(hull + fields.direction)
+        bodies.direction[world, body, 1] = native.load(hull + fields.direction + WORD)
 
 
 @compiled
@@ -184,7 +195,7 @@ def copy(bodies: Bodies, world: int, motion: Float) -> None:
         motion[world, body, 2] = wrapped(bodies.motion[world, body, 2])
 
 
-@compiled
+@allocating
 def advance(
     first: int,
     last: int,
@@ -213,11 +224,8 @@ def advance(
     factors = np.ones((working.shape[1] + 1, 2))
     for world in range(first, last):
         for _ in range(steps):
-            push(plant, bodies, world, action[world], working[world], factors)
-            wires.write_count[world, 0] = 0
-            each, visitor = wires.functions[EACH_BODY], wires.functions[WRITE_BODY]
-            native.visit(each, wires.space[world], visitor, wires.write[world])
+            push(plant, bodies, wires, world, action, working, factors)
             native.step(wires.functions[STEP], wires.space[world], plant.dt)
-            read(wires, world)
+            read(wires, bodies, world)
             feel(wires, bodies, world, thread, share)
         copy(bodies, world, motion)

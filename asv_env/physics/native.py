@@ -19,14 +19,11 @@ def address(name: str) -> int:
 intrinsic: Any = extending.intrinsic  # Its type says nothing of the functions that it makes.
 FUNCTIONS = [
     address("cpSpaceStep"),  # void(space, double dt)
-    address("cpSpaceEachBody"),  # void(space, visitor, data)
     address("cpSpaceEachCachedArbiter"),  # void(space, visitor, data), for each contact
-    address("pmSpaceBodyGetIteratorFuncBatched"),
-    address("pmSpaceBodySetIteratorFuncBatched"),
     address("pmSpaceArbiterIteratorFuncBatched"),
 ]
-"""Addresses of Pymunk's C functions: three that take a Space, then three visitors of these."""
-STEP, EACH_BODY, EACH_CONTACT, READ_BODY, WRITE_BODY, READ_CONTACT = range(len(FUNCTIONS))
+"""Addresses of Pymunk's C functions: two that take a Space, then a visitor of the second."""
+STEP, EACH_CONTACT, READ_CONTACT = range(len(FUNCTIONS))
 
 
 def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -44,5 +41,30 @@ def step(typing: Any, function: Any, space: Any, dt: Any) -> Any:
 
 @intrinsic
 def visit(typing: Any, function: Any, space: Any, visitor: Any, data: Any) -> Any:
-    """Lets a visitor copy fields of all bodies or contacts of a Space, as ``data`` asks for."""
+    """Lets a visitor copy fields of all contacts of a Space, as ``data`` asks for."""
     return types.void(types.intp, types.intp, types.intp, types.intp), _call
+
+
+def _double(builder: Any, place: Any) -> Any:
+    return builder.inttoptr(place, ir.DoubleType().as_pointer())
+
+
+@intrinsic
+def load(typing: Any, place: Any) -> Any:
+    """Returns the number at an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.load(_double(builder, arguments[0]))
+
+    return types.float64(types.intp), generate
+
+
+@intrinsic
+def store(typing: Any, place: Any, number: Any) -> Any:
+    """Writes a number to an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        builder.store(arguments[1], _double(builder, arguments[0]))
+        return context.get_dummy_value()
+
+    return types.void(types.intp, types.float64), generate

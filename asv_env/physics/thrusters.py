@@ -24,6 +24,9 @@ class Drive(NamedTuple):
     astern: float  #: thrust of one motor at full signal astern, N
     law: int  #: index in ``THRUST_LAWS``
     lever_arm: float  #: distance of each motor from the centre line, m
+    per_ahead: float  #: one over ``ahead``, 1/N, or 0
+    per_astern: float  #: one over ``astern``, 1/N, or 0
+    per_arm: float  #: one over ``lever_arm``, 1/m
 
 
 class Motors(NamedTuple):
@@ -38,7 +41,9 @@ class Motors(NamedTuple):
 def drive(boat: BoatParams) -> Drive:
     """Returns the motors of this boat."""
     law = THRUST_LAWS.index(boat.thrust_law)
-    return Drive(boat.thrust, boat.astern * boat.thrust, law, boat.lever_arm)
+    ahead, astern, arm = boat.thrust, boat.astern * boat.thrust, boat.lever_arm
+    inverse = (1.0 / number if number > 0.0 else 0.0 for number in (ahead, astern, arm))
+    return Drive(ahead, astern, law, arm, *inverse)
 
 
 def motors(num_worlds: int, num_boats: int) -> Motors:
@@ -59,10 +64,7 @@ def thrust_of(signal: float, drive: Drive) -> float:
 @compiled
 def signal_for(thrust: float, drive: Drive) -> float:
     """Returns the signal at which a motor gives a thrust, N, clipped to [-1, 1]."""
-    most = drive.ahead if thrust > 0.0 else drive.astern
-    if most <= 0.0:
-        return 0.0
-    share = min(abs(thrust) / most, 1.0)
+    share = min(abs(thrust) * (drive.per_ahead if thrust > 0.0 else drive.per_astern), 1.0)
     if drive.law == QUADRATIC:
         share = math.sqrt(share)
     return share if thrust > 0.0 else -share
@@ -76,7 +78,7 @@ def allocated(force: float, moment: float, drive: Drive) -> tuple[float, float]:
     steer, one that is slow for a moment comes later.
     """
     half = 0.5 * (drive.ahead + drive.astern)  # largest half of the difference
-    difference = min(max(0.5 * moment / drive.lever_arm, -half), half)
+    difference = min(max(0.5 * moment * drive.per_arm, -half), half)
     room = abs(difference)
     mean = min(max(0.5 * force, room - drive.astern), drive.ahead - room)
     return mean - difference, mean + difference
@@ -91,16 +93,14 @@ def driven(
     It is the surge force, N, the sway force, which is 0, and the yaw moment, N m. The lag is
     integrated exactly for a signal that is wanted for the whole step.
     """
-    keep, signal, thrust = (
-        motors.keep[world],
-        motors.signal[world, boat],
-        motors.thrust[world, boat],
-    )
-    signal[0] = keep * signal[0] + (1.0 - keep) * left
-    signal[1] = keep * signal[1] + (1.0 - keep) * right
-    for side in range(2):
-        thrust[side] = motors.gain[world, boat, side] * thrust_of(signal[side], drive)
-    return thrust[0] + thrust[1], 0.0, drive.lever_arm * (thrust[1] - thrust[0])
+    keep, gain = motors.keep[world], motors.gain
+    port = keep * motors.signal[world, boat, 0] + (1.0 - keep) * left
+    starboard = keep * motors.signal[world, boat, 1] + (1.0 - keep) * right
+    motors.signal[world, boat, 0], motors.signal[world, boat, 1] = port, starboard
+    port = gain[world, boat, 0] * thrust_of(port, drive)
+    starboard = gain[world, boat, 1] * thrust_of(starboard, drive)
+    motors.thrust[world, boat, 0], motors.thrust[world, boat, 1] = port, starboard
+    return port + starboard, 0.0, drive.lever_arm * (starboard - port)
 
 
 @compiled

@@ -19,7 +19,7 @@ import numpy as np
 from asv_env.compiled import compiled
 from asv_env.params import WaterParams
 from asv_env.params.surroundings import CURRENTS
-from asv_env.types import Complex, Float
+from asv_env.types import Complex
 
 STILL, UNIFORM, GYRE, DOUBLE_GYRE = map(CURRENTS.index, ("still", "uniform", "gyre", "double_gyre"))
 
@@ -104,16 +104,3 @@ def damped(
     """
     drag = dt_per_mass * (linear + quadratic * abs(speed))
     return (soft * speed + dt_per_mass * force) / (soft + drag)
-
-
-@compiled
-def _fill_softenings(decay: Float, soft: Float) -> None:
-    for i in range(len(decay)):
-        soft[i] = softening(decay[i])
-
-
-def softenings(decay: Float) -> Float:
-    """Returns ``softening`` of an array (...)."""
-    soft = np.empty(decay.shape)
-    _fill_softenings(np.ascontiguousarray(decay).reshape(-1), soft.reshape(-1))
-    return soft

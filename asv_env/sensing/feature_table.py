@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from asv_env.compiled import compiled
+from asv_env.compiled import allocating, compiled
 from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
 from asv_env.types import Bool, Complex, Float, Int, Observation, Sensed, given
 
@@ -183,7 +183,7 @@ def put_neighbours(motion: Float, boat: int, near: Int, distance: Float, row: Fl
         row[column + 4] = 1.0
 
 
-@compiled
+@allocating
 def fill(
     first: int,
     last: int,

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from asv_env.compiled import compiled
+from asv_env.compiled import allocating, compiled
 from asv_env.params import SMALLEST_CAGE, EnvParams
 from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
 from asv_env.types import Bool, Complex, Float, Int, given, zeros
@@ -46,7 +46,7 @@ def slot_direction(side: Float) -> Complex:
     return -1j * side
 
 
-@compiled
+@allocating
 def assigned(cost: Float) -> Int:
     """Returns the column (n,) for each row of costs (n, n), so that their sum is least.
 
@@ -94,7 +94,7 @@ def assign(boats: Complex, points: Complex) -> Int:
     return assigned(np.abs(boats[:, None] - points[None, :]))
 
 
-@compiled
+@allocating
 def _assign(
     worlds: Int, motion: Float, working: Bool, side: Float, table: Complex, slot: Complex
 ) -> Bool:

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asv_env.compiled import Bound, bound, compiled
+from asv_env.compiled import Bound, allocating, bound, compiled
 from asv_env.params import EnvParams
 from asv_env.tasks import metrics, termination
 from asv_env.tasks.formation import Relations, relate
@@ -76,7 +76,7 @@ def end(world: int, motion: Float, counts: Counts, limits: Limits, ends: Ends) -
     ends.truncated[world] = ends.timed_out[world] and not ends.terminated[world]
 
 
-@compiled
+@allocating
 def judge(
     first: int,
     last: int,
@@ -117,7 +117,7 @@ def judge(
         evaluate(world, distance, goal, motion, team.side[world], prices, worth)
 
 
-@compiled
+@allocating
 def settle(
     first: int,
     last: int,
