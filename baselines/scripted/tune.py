@@ -11,6 +11,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, cast
@@ -24,11 +25,12 @@ from asv_env.files import write_text
 from asv_env.params import EnvParams
 from asv_env.presets import make_params
 from asv_env.types import Float
-from baselines.rollout import provenance, runner, seeds
+from baselines.rollout import runner, seeds
 from baselines.rollout.commands import FilePath, command
 from baselines.rollout.cross_entropy import search
 from baselines.rollout.episodes import Episode
 from baselines.rollout.lock import locked
+from baselines.rollout.score_log import ScoreLog
 from baselines.scripted import gains
 from baselines.scripted.gains import GraspGains, PathGains, PushGains, Tolerances
 from baselines.scripted.planner import PathPlanner
@@ -106,30 +108,16 @@ def _closeness(row: Episode, params: EnvParams) -> float:
     return 1 / (1 + position**2 + heading**2)
 
 
-class Scores:
-    """Scores of candidates, kept in a file: a search that was stopped finds them there again."""
-
-    def __init__(self, path: Path, executor: Executor) -> None:
-        self._path, self._executor = path, executor
-        self._code = provenance.code("baselines.scripted.tune")
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-        whole = [line for line in lines if line.endswith("}")]
-        self._known = {line["key"]: line["score"] for line in map(json.loads, whole)}
-
-    def score(self, values: Values, task: str, wanted: range) -> float:
-        """Returns the score of gains in a task over seeds, averaged over the scenarios."""
-        key = f"{self._code} {task} {wanted} {sorted(values.items())}"
-        if key not in self._known:
-            params, same = make_params(task), len(SCENARIOS)
-            jobs = [values] * same, [task] * same, SCENARIOS, [wanted] * same
-            found = self._executor.map(episodes, *jobs)
-            self._known[key] = float(np.mean([score(rows, params) for rows in found]))
-            with self._path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"key": key, "score": self._known[key]}) + "\n")
-        return self._known[key]
+def scored(values: Values, task: str, wanted: range, executor: Executor) -> float:
+    """Returns the score of gains in a task over seeds, averaged over the scenarios."""
+    params, same = make_params(task), len(SCENARIOS)
+    found = executor.map(episodes, [values] * same, [task] * same, SCENARIOS, [wanted] * same)
+    return float(np.mean([score(rows, params) for rows in found]))
 
 
-def improved(start: Values, task: str, options: Options, first: int, scores: Scores) -> Values:
+def improved(
+    start: Values, task: str, options: Options, first: int, log: ScoreLog, executor: Executor
+) -> Values:
     """Returns gains, to three digits, of which those of a task were searched from a seed on."""
     known = {field.name for kind in STAGES[task] for field in fields(kind)}
     names = [name for name in start if name in known]
@@ -143,7 +131,9 @@ def improved(start: Values, task: str, options: Options, first: int, scores: Sco
         def objective(candidate: Float) -> float:
             begin = first + bar.n // options.population * options.episodes
             wanted = range(begin, begin + options.episodes)
-            found = scores.score(values_of(candidate), task, wanted)
+            values = values_of(candidate)
+            what = f"{task} {wanted} {sorted(values.items())}"
+            found = log.score(what, partial(scored, values, task, wanted, executor))
             bar.update()
             bar.set_postfix(score=f"{found:.3f}")
             return found
@@ -173,10 +163,11 @@ def tune(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
     """
     pool = ProcessPoolExecutor(options.workers, get_context("spawn"))
     with locked(options.out), pool as executor:
-        scores, found, first = Scores(options.out / LOG, executor), gains.FOUND, options.seed
+        log = ScoreLog(options.out / LOG, "baselines.scripted.tune")
+        found, first = gains.FOUND, options.seed
         values: Values = found
         for task in STAGES:
-            values = improved(values, task, options, first, scores)
+            values = improved(values, task, options, first, log, executor)
             first += options.generations * options.episodes
         wanted = range(first, first + options.checked)
         shares = {
