@@ -1,9 +1,10 @@
 """The descent of the team from the waypoints to the slots, like cars that park.
 
 The team GATHERs at the waypoints above the slots. It DESCENDs once all boats are aligned there,
-or some are late, and GATHERs again when too many have missed their slots. A boat near the line of
-its slot DOCKs: it goes down the line. One that gets too low outside the funnel above its slot goes
-ASTERN until it is inside the funnel, and high enough for another try.
+or some are late, and GATHERs again when too many have missed their slots, or when they jam and it
+takes too long. A boat near the line of its slot DOCKs: it goes down the line. One that gets too low
+outside the funnel above its slot goes ASTERN until it is inside the funnel, and high enough for
+another try.
 """
 
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ class GraspMemory:
 
     slot: Complex  #: (W, A) slots that the approach leads to, m
     turn_direction: Int  #: (W, A) in which each boat goes round the vessel, 0 or 1
-    due: Float  #: (W,) tick at which all boats are to be at their waypoints
+    due: Float  #: (W,) tick at which all boats are to be at their waypoints, or began to descend
     descending: Bool  #: (W,) team state: DESCEND where true, GATHER otherwise
     astern: Bool  #: (W, A) boats that have missed their slots and go astern to try again
 
@@ -56,10 +57,14 @@ class Docking:
         near = (np.abs(offset.real) < self._tolerance) & (offset.imag < gains.retry_height)
         ready = near & (relations.alignment.real > ALIGNED) | ~working
         missing = memory.descending[:, None] & memory.astern & (offset.imag < 0.0) & working
-        gather = working.all(axis=1) & (missing.mean(axis=1) > MISSING)
-        memory.due = np.where(gather, sensed.tick, memory.due)
-        late = sensed.tick > memory.due + gains.patience * self._hz
-        memory.descending = (memory.descending & ~gather) | ready.all(axis=1) | late
+        late = sensed.tick - memory.due > self._hz * np.where(
+            memory.descending, gains.descent_patience, gains.patience
+        )
+        failed = (missing.mean(axis=1) > MISSING) | (memory.descending & late)
+        gather = working.all(axis=1) & failed
+        descend = ~memory.descending & (ready.all(axis=1) | late)
+        memory.due = np.where(gather | descend, sensed.tick, memory.due)
+        memory.descending = (memory.descending & ~gather) | descend
 
     def update_boats(
         self, relations: Relations, gap: Complex, slot: Complex, memory: GraspMemory

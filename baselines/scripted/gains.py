@@ -34,6 +34,9 @@ class GraspGains:
     waypoint_height: float = 0.1  #: height of the waypoints above the slots, m: bows clear hulls
     #: time after which the team no longer waits for boats that are late, s: two half turns
     patience: float = 10.0
+    #: time after which a descent has failed, because boats are in each other's way, s: three times
+    #: the patience with boats that are late
+    descent_patience: float = 30.0
     #: half-width of the region where boats dock, m: the height of the waypoints, a slope of 1
     docking_half_width: float = 0.1
     #: height of the region above its target where a boat docks, m: half a vessel's and two boats'
@@ -111,9 +114,9 @@ class PathGains:
     #: the same in moving water, m/s: slow enough to pass by the paper's instant, no slower, so that
     #: the water has no time to carry the vessel off
     passing_speed: float = 0.0072
-    #: speed of the water, m/s, from which it moves: in 12 s it carries the vessel as far as the
+    #: speed of the water, m/s, from which it moves: in 10 s it carries the vessel as far as the
     #: tolerance of its position; in slower water the team lets go of the vessel
-    still_water: float = 0.004
+    still_water: float = 0.005
 
 
 @dataclass(frozen=True)

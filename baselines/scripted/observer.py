@@ -22,7 +22,7 @@ ACCELERATION = 0.01  #: standard deviation of the acceleration not predicted, m/
 YAW_ACCELERATION = 0.012  #: standard deviation of the yaw acceleration, vessel of 0.40 m, rad/s^2
 FREE_ACCELERATION = 0.002  #: standard deviation of the acceleration without contact, m/s^2
 FREE_YAW_ACCELERATION = 0.004  #: likewise, vessel of 0.40 m, rad/s^2
-DRIFT_WALK = 0.001  #: random walk of the current, m/s per root second
+DRIFT_WALK = 0.0007  #: random walk of the current, m/s per root second
 LEAST_NOISE = 1e-6  #: floor of the measurement noise in the filter of the drift, m and m/s
 SLIP = 0.02  #: speed through the water at which the drag is linearised for the gain, m/s
 

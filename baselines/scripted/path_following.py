@@ -22,7 +22,9 @@ from baselines.scripted.planner import SEGMENTS, PathPlanner
 MAX_CROSS_TRACK = 0.2  #: saturation of the cross-track error, vessel lengths
 MAX_HEADING_ERROR = 0.7  #: saturation of the heading error, rad
 OFF_PATH = 0.75  #: cross-track error at which a new path is planned, vessel lengths
-PAST_GOAL = 0.1  #: path length beyond the goal at which a new path is planned, vessel lengths
+PAST_GOAL = 0.15
+"""Path length beyond the goal at which a new path is planned, vessel lengths: a little more than
+the tolerance, within which the vessel may still come to rest."""
 UNCAGED_HEADING = 0.1  #: tolerated heading error where no end boat prevents skidding, rad
 
 

@@ -1,26 +1,34 @@
 """The end of a delivery: the team lets go of the vessel where it will come to rest at its goal.
 
-Nobody can brake the vessel, but how far it coasts is known: along an axis with effective mass m
-and drag (Y + Yq |v|) v a hull that nobody touches comes to rest after m / Yq ln(1 + Yq |v| / Y).
-The team brakes it by pushing less than its drag, lets go when the pose at which it will rest is
-near the goal, and stands off, so that no contact disturbs it. Where the vessel would rest too far
-from its goal the team pushes again.
+Nobody can brake the vessel, but how it coasts is known, because the boats know the model by which
+it moves. The team brakes it by pushing less than its drag, lets go when the pose at which it will
+rest is near the goal, and stands off, so that no contact disturbs it. Where the vessel would rest
+too far from its goal the team pushes again.
 """
 
 import numpy as np
 
+from asv_env.compiled import compiled
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
+from asv_env.physics.hull import Hulls, advanced
+from asv_env.physics.water import softenings
 from asv_env.tasks.formation import Relations
+from asv_env.tasks.laws import direction_of
 from asv_env.types import Bool, Complex, Float
 from baselines.scripted.gains import PushGains
 from baselines.scripted.observer import VesselMemory
 
-GRASPS_AGAIN = 1.0  #: error of the pose of rest at which the team pushes again, tolerances
+GRASPS_AGAIN = 1.4
+"""Error of the pose of rest at which the team pushes again, tolerances: with noise the estimate may
+be off by that much more than the pose, and pushing disturbs a vessel that would rest well."""
 FACING = 0.1  #: cosine of the angle to the hull within which a boat backs off
 END_GAP = 0.006  #: gap to the hull of end boats that stand off, m
 MOST_ERROR = 0.85  #: largest error of the pose of rest at which the team lets go, tolerances
-TINY = 1e-9  #: floor of drag coefficients
+COASTING_TIMES = 10.0  #: duration for which a coasting hull is followed, time constants in sway
+STEPS = 40  #: number of steps in which it is followed: right to within about a hundredth
+STILL = (0.0, 0.0, 0.0)  #: force and moment on a hull that nobody pushes
+UNSHELTERED = (1.0, 1.0)  #: factors on the drag of a hull that lies alone
 
 
 class Settling:
@@ -30,10 +38,17 @@ class Settling:
         self._vessel, boat = params.hulls()
         self._gains, self._task, self._still_water = gains, params.task, still_water
         self._corners = plane(np.array(boat.outline))
+        vessel = self._vessel
+        mass = np.array(vessel.masses)
+        linear, quadratic = np.transpose([vessel.surge, vessel.sway, vessel.yaw])
+        self._step = COASTING_TIMES / STEPS * float(mass[1] / linear[1])
+        soft = softenings(0.5 * self._step * linear / mass)
+        self._hulls = Hulls(*np.stack([mass, linear, quadratic, soft])[:, None, None])
 
     def update(self, relations: Relations, vessel: VesselMemory, released: Bool) -> Bool:
         """Returns in which worlds (W,) the team has let go, given where it had."""
-        goal, turned = self.rest(relations, vessel.drift)
+        still = np.abs(vessel.drift) <= self._still_water  # Then its drift is an error.
+        goal, turned = self.rest(relations, np.where(still, 0.0, vessel.drift))
         task, gains = self._task, self._gains
         error = np.maximum(
             np.abs(goal) / task.position_tolerance, np.abs(turned) / task.heading_tolerance
@@ -41,7 +56,6 @@ class Settling:
         # The longer the team waits for a better pose, the farther the vessel gets.
         beyond = goal.imag / task.position_tolerance - gains.overrun
         worst = gains.release_error + gains.hurry * np.maximum(beyond, 0.0)
-        still = np.abs(vessel.drift) <= self._still_water
         lets_go = still & (beyond >= 0.0) & (error < np.minimum(worst, MOST_ERROR))
         return np.where(released, error < GRASPS_AGAIN, lets_go)
 
@@ -55,13 +69,9 @@ class Settling:
         Returns:
             Position (W,) of the goal in the vessel's frame, m, and heading error (W,), rad.
         """
-        vessel = self._vessel
         velocity = (relations.velocity[:, 0] - drift) * relations.heading[:, 0].conj()
-        axes = zip(vessel.masses, (vessel.surge, vessel.sway, vessel.yaw), strict=True)
-        motions = velocity.real, velocity.imag, relations.yaw_rate[:, 0]
-        ahead, aside, turn = (coasted(*a, m) for a, m in zip(axes, motions, strict=True))
-        # Its course is half turned on average.
-        way = (ahead + 1j * aside) * np.exp(0.5j * turn)
+        motion = velocity.real, velocity.imag, relations.yaw_rate[:, 0]
+        way, turn = coasted(np.stack(motion, axis=-1), self._hulls, self._step)
         return (relations.goal - way) * np.exp(-1j * turn), relations.heading_error + turn
 
     def stand_off(self, relations: Relations, hull: Complex, end: Float) -> Float:
@@ -88,14 +98,22 @@ class Settling:
         return np.where(end == 0, beside, beyond)
 
 
-def coasted(mass: float, coefficients: tuple[float, float], velocity: Float) -> Float:
-    """Returns the distances (...), m or rad, after which a free hull rests along an axis.
+@compiled
+def coasted(motion: Float, hulls: Hulls, step: float) -> tuple[Complex, Float]:
+    """Returns where free hulls come to rest: positions (W,) m in their frames, and turns (W,) rad.
 
     Args:
-        mass: effective mass, kg, or inertia, kg m^2.
-        coefficients: linear and quadratic drag coefficient.
-        velocity: (...) through the water, m/s or rad/s.
+        motion: (W, 3) through the water: surge and sway m/s, yaw rate rad/s.
+        hulls: mass and drag of the one hull.
+        step: duration of a step, s.
     """
-    linear, quadratic = max(coefficients[0], TINY), max(coefficients[1], TINY)
-    way = np.log1p(np.abs(velocity) * quadratic / linear) * mass / quadratic
-    return np.sign(velocity) * way
+    way, turned = np.zeros(len(motion), np.complex128), np.zeros(len(motion))
+    for w in range(len(motion)):
+        u, v, r = motion[w]
+        for _ in range(STEPS):
+            before = complex(u, v)
+            u, v, r, turn = advanced(u, v, r, STILL, hulls, 0, 0, UNSHELTERED, step)
+            mean = (before + complex(u, v) * direction_of(turn)) / 2
+            way[w] += step * mean * direction_of(turned[w])
+            turned[w] += turn
+    return way, turned
