@@ -66,6 +66,12 @@ class Basin:
             functions=np.array(native.FUNCTIONS),
             space=np.array([address(space._space) for space in self._spaces]),
             body=np.array([[address(body._body) for body in bodies] for bodies in self._bodies]),
+            shape=np.array(
+                [
+                    [address(shape._shape) for body in bodies for shape in body.shapes]
+                    for bodies in self._bodies
+                ]
+            ),
             fields=fields(),
             body_id=np.array([[body.id for body in bodies] for bodies in self._bodies]),
             contact=self._contacts.address,

@@ -16,7 +16,7 @@ from asv_env.compiled import Bound, allocating, compiled
 from asv_env.geometry import cos_sin, wrapped
 from asv_env.physics import native
 from asv_env.physics.autopilot import Axis, effort, referred
-from asv_env.physics.exchange import IDS, Fields
+from asv_env.physics.exchange import IDS, RECORD, Fields
 from asv_env.physics.hull import Hulls, advanced
 from asv_env.physics.native import EACH_CONTACT, READ_CONTACT, STEP
 from asv_env.physics.shelter import Cover, shelter
@@ -25,6 +25,8 @@ from asv_env.physics.water import STILL, Flow, velocity
 from asv_env.types import Bool, Float, Int
 
 WORD = 8  #: bytes of a number
+LINE = 64  #: bytes in which memory is fetched
+SPACE, SHAPE = 1024, 576  #: bytes of Chipmunk's records of a Space, with a table, and of a shape
 
 
 class Wires(NamedTuple):
@@ -33,6 +35,7 @@ class Wires(NamedTuple):
     functions: Int  #: ``native.FUNCTIONS``
     space: Int  #: (W,) addresses of the Spaces
     body: Int  #: (W, B) addresses of the hulls
+    shape: Int  #: (W, B) addresses of the hulls' shapes
     fields: Fields  #: where a hull's numbers are
     body_id: Int  #: (W, B) Pymunk's numbers of the hulls
     contact: Int  #: (T,) addresses of the requests for contacts
@@ -187,6 +190,22 @@ def read(wires: Wires, bodies: Bodies, world: int) -> None:
 
 
 @compiled
+def ask(place: int, size: int) -> None:
+    """Asks for so many bytes at an address."""
+    for line in range(place, place + size, LINE):
+        native.prefetch(line)
+
+
+@compiled
+def fetch(wires: Wires, world: int) -> None:
+    """Asks for the memory of a world, which is far away when there are many."""
+    ask(wires.space[world], SPACE)
+    for body in range(wires.body.shape[1]):
+        ask(wires.body[world, body], RECORD)
+        ask(wires.shape[world, body], SHAPE)
+
+
+@compiled
 def copy(bodies: Bodies, world: int, motion: Float) -> None:
     """Copies the motion of a world's hulls to (W, B, 6), headings wrapped."""
     for body in range(motion.shape[1]):
@@ -223,6 +242,8 @@ def advance(
     plant, bodies, wires = bound.content
     factors = np.ones((working.shape[1] + 1, 2))
     for world in range(first, last):
+        if world + 1 < last:
+            fetch(wires, world + 1)
         for _ in range(steps):
             push(plant, bodies, wires, world, action, working, factors)
             native.step(wires.functions[STEP], wires.space[world], plant.dt)

@@ -68,3 +68,18 @@ def store(typing: Any, place: Any, number: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(types.intp, types.float64), generate
+
+
+@intrinsic
+def prefetch(typing: Any, place: Any) -> Any:
+    """Asks for the memory at an address, which will be needed soon."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        pointer, number = ir.IntType(8).as_pointer(), ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [pointer, number, number, number])
+        function = builder.module.declare_intrinsic("llvm.prefetch", [pointer], kind)
+        place = builder.inttoptr(arguments[0], pointer)
+        builder.call(function, [place, number(0), number(3), number(1)])
+        return context.get_dummy_value()
+
+    return types.void(types.intp), generate

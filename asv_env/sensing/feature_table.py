@@ -3,7 +3,6 @@
 ``NAMES`` tells what the columns are. A feature takes some of them, see ``Columns``.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -92,16 +91,16 @@ class Columns:
 class Plan(NamedTuple):
     """Which columns of the table go where in an observation; read-only."""
 
-    source: Int  #: (n,) columns of the table
-    target: Int  #: (n,) columns of the observation
+    source: np.ndarray  #: (n,) columns of the table, uint64
+    target: np.ndarray  #: (n,) columns of the observation, uint64
     factor: Float  #: (n,) on each column
-    bound: Observation  #: (n,) to which it is clipped after that
+    bound: Float  #: (n,) to which it is clipped after that
 
 
 def plan(source: Sequence[int], target: Sequence[int], factor: ArrayLike, bound: ArrayLike) -> Plan:
     """Returns a plan."""
-    columns = given(source, np.int64), given(target, np.int64)
-    return Plan(*columns, given(factor), given(bound, np.float32))
+    columns = given(source, np.uint64), given(target, np.uint64)  # Signed ones can be negative.
+    return Plan(*columns, given(factor), given(bound))
 
 
 @compiled
@@ -111,10 +110,11 @@ def put(row: Float, place: int, vector: complex) -> None:
 
 
 @compiled
-def put_shared(known: Known, world: int, inverse_length: float, row: Float) -> None:
-    """Writes the columns that all boats of a world share."""
-    motion = known.estimate[world]
-    to_vessel = direction_of(motion[0, 2]).conjugate()
+def put_shared(
+    known: Known, world: int, vessel: complex, inverse_length: float, row: Float
+) -> None:
+    """Writes the columns that all boats of a world share; ``vessel`` is its direction."""
+    motion, to_vessel = known.estimate[world], vessel.conjugate()
     goal, goal_turn = aim(motion, known.goal[world], to_vessel)
     put(row, VESSEL_VELOCITY, complex(motion[0, 3], motion[0, 4]) * to_vessel)
     put(row, GOAL, goal)
@@ -132,15 +132,16 @@ def put_shared(known: Known, world: int, inverse_length: float, row: Float) -> N
 
 
 @compiled
-def put_own(known: Known, world: int, boat: int, row: Float) -> None:
-    """Writes the columns that are a boat's own, but for its neighbours."""
-    motion = known.estimate[world]
-    body = boat + 1
-    vessel = direction_of(motion[0, 2])
-    to_boat = direction_of(motion[body, 2]).conjugate()
-    slot = known.slot[world, boat]
-    found = around(motion, body, vessel.conjugate(), slot, known.side[world])
-    position, gap, alignment, _ = found
+def put_own(
+    known: Known, world: int, boat: int, heading: complex, vessel: complex, row: Float
+) -> None:
+    """Writes the columns that are a boat's own, but for its neighbours.
+
+    Its direction is ``heading``, and ``vessel`` is that of the vessel.
+    """
+    motion, body, to_boat = known.estimate[world], boat + 1, heading.conjugate()
+    slot, side = known.slot[world, boat], known.side[world]
+    position, gap, alignment, _ = around(motion, body, heading, vessel.conjugate(), slot, side)
     put(row, OWN_VELOCITY, complex(motion[body, 3], motion[body, 4]) * to_boat)
     put(row, SLOT, gap * (vessel * to_boat))
     put(row, SLOT_ALIGNMENT, alignment)
@@ -153,27 +154,30 @@ def put_own(known: Known, world: int, boat: int, row: Float) -> None:
 
 
 @compiled
-def put_neighbours(motion: Float, boat: int, near: Int, distance: Float, row: Float) -> None:
+def put_neighbours(
+    motion: Float, boat: int, heading: complex, near: Int, square: Float, row: Float
+) -> None:
     """Writes the columns of the nearest boats of a motion (B, 6); of equally near ones in order.
 
-    ``near`` and ``distance``, (``NEIGHBOURS``,), are memory for the search.
+    The boat's direction is ``heading``; ``near`` and ``square`` (of a distance), both
+    (``NEIGHBOURS``,), are memory for the search.
     """
-    body, found = boat + 1, 0
+    body, found, to_boat = boat + 1, 0, heading.conjugate()
     for other in range(1, motion.shape[0]):
         if other == body:
             continue
-        gap = math.hypot(motion[other, 0] - motion[body, 0], motion[other, 1] - motion[body, 1])
-        place = found
-        while place > 0 and distance[place - 1] > gap:
+        x, y = motion[other, 0] - motion[body, 0], motion[other, 1] - motion[body, 1]
+        gap, place = x * x + y * y, found
+        while place > 0 and square[place - 1] > gap:
             place -= 1
         if place == len(near):
             continue
         found = min(found + 1, len(near))
         for k in range(found - 1, place, -1):
-            near[k], distance[k] = near[k - 1], distance[k - 1]
-        near[place], distance[place] = other, gap
-    row[FIRST_NEIGHBOUR:] = 0.0
-    to_boat = direction_of(motion[body, 2]).conjugate()
+            near[k], square[k] = near[k - 1], square[k - 1]
+        near[place], square[place] = other, gap
+    for k in range(FIRST_NEIGHBOUR + found * len(OF_NEIGHBOUR), len(row)):
+        row[k] = 0.0
     for k in range(found):
         other, column = near[k], FIRST_NEIGHBOUR + k * len(OF_NEIGHBOUR)
         x, y = motion[other, 0] - motion[body, 0], motion[other, 1] - motion[body, 1]
@@ -181,6 +185,30 @@ def put_neighbours(motion: Float, boat: int, near: Int, distance: Float, row: Fl
         put(row, column, complex(x, y) * to_boat)
         put(row, column + 2, complex(vx, vy) * to_boat)
         row[column + 4] = 1.0
+
+
+@compiled
+def put_world(
+    known: Known,
+    world: int,
+    inverse_length: float,
+    plan: Plan,
+    near: Int,
+    square: Float,
+    row: Float,
+    out: Observation,
+) -> None:
+    """Writes the observations of a world, as ``fill`` does; the rest is memory for one boat."""
+    neighbours, vessel = near.size > 0, direction_of(known.estimate[world, 0, 2])
+    put_shared(known, world, vessel, inverse_length, row)
+    for boat in range(known.slot.shape[1]):
+        heading = direction_of(known.estimate[world, boat + 1, 2])
+        put_own(known, world, boat, heading, vessel, row)
+        if neighbours:
+            put_neighbours(known.estimate[world], boat, heading, near, square, row)
+        for k in range(len(plan.source)):
+            value, bound = row[plan.source[k]] * plan.factor[k], plan.bound[k]
+            out[world, boat, plan.target[k]] = min(max(value, -bound), bound)
 
 
 @allocating
@@ -202,19 +230,11 @@ def fill(
         plan: which columns go where.
         out: (W, A, K), of any float type.
     """
-    row = np.zeros(WIDTH)
-    near, distance = np.zeros(NEIGHBOURS, np.int64), np.zeros(NEIGHBOURS)
-    count = len(plan.source)
-    neighbours = count > 0 and plan.source.max() >= FIRST_NEIGHBOUR
+    neighbours = len(plan.source) > 0 and plan.source.max() >= FIRST_NEIGHBOUR
+    count = NEIGHBOURS if neighbours else 0
+    near, square, row = np.zeros(count, np.int64), np.zeros(count), np.zeros(WIDTH)
     for world in range(first, last):
-        put_shared(known, world, inverse_length, row)
-        for boat in range(known.slot.shape[1]):
-            put_own(known, world, boat, row)
-            if neighbours:
-                put_neighbours(known.estimate[world], boat, near, distance, row)
-            for k in range(count):
-                value, bound = row[plan.source[k]] * plan.factor[k], plan.bound[k]
-                out[world, boat, plan.target[k]] = min(max(value, -bound), bound)
+        put_world(known, world, inverse_length, plan, near, square, row, out)
 
 
 def table(sensed: Sensed, length: float) -> Float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from asv_env.compiled import allocating, compiled
 from asv_env.params import SMALLEST_CAGE, EnvParams
-from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
+from asv_env.tasks.laws import aim, around, direction_of, heading_error_of, size_of
 from asv_env.types import Bool, Complex, Float, Int, given, zeros
 
 
@@ -215,9 +215,9 @@ def _fill(
             heading[w, b] = direction_of(now[b, 2])
             yaw_rate[w, b] = now[b, 5]
         for a in range(now.shape[0] - 1):
-            found = around(now, a + 1, to_vessel, slot[w, a], side[w])
+            found = around(now, a + 1, heading[w, a + 1], to_vessel, slot[w, a], side[w])
             boat[w, a], slot_gap[w, a], alignment[w, a], slip[w, a] = found
-            slot_error[w, a] = abs(found[1])
+            slot_error[w, a] = size_of(found[1])
         goal[w], goal_turn[w] = aim(now, goals[w], to_vessel)
-        goal_error[w] = abs(goal[w])
+        goal_error[w] = size_of(goal[w])
         heading_error[w] = heading_error_of(goal_turn[w])

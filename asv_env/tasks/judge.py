@@ -11,6 +11,7 @@ from asv_env.tasks.laws import (
     direction_of,
     occupies,
     rests,
+    size_of,
 )
 from asv_env.types import Bool, Complex, Float, Situation, given
 
@@ -77,8 +78,9 @@ def stand(world: int, team: Team, rules: Rules, found: Standings) -> float:
     total, working = 0.0, 0
     for boat in range(team.slot.shape[1]):
         slot = team.slot[world, boat]
-        _, gap, alignment, slip = around(motion, boat + 1, to_vessel, slot, side)
-        distance = abs(gap)
+        heading = direction_of(motion[boat + 1, 2])
+        _, gap, alignment, slip = around(motion, boat + 1, heading, to_vessel, slot, side)
+        distance = size_of(gap)
         occupied = occupies(distance, alignment, slip, rules)
         found.occupied[world, boat] = occupied
         if team.working[world, boat]:

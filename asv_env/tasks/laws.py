@@ -62,14 +62,21 @@ def direction_of(heading: float) -> complex:
 
 
 @compiled
+def size_of(vector: complex) -> float:
+    """Returns the length of a vector that is neither tiny nor huge."""
+    return math.sqrt(vector.real * vector.real + vector.imag * vector.imag)
+
+
+@compiled
 def around(
-    motion: Float, body: int, to_vessel: complex, slot: complex, side: float
+    motion: Float, body: int, heading: complex, to_vessel: complex, slot: complex, side: float
 ) -> tuple[complex, complex, complex, complex]:
     """Returns how a boat stands to the vessel and to its slot.
 
     Args:
         motion: (B, 6) of a world.
         body: row of the boat.
+        heading: direction of the boat, world frame.
         to_vessel: turns vectors of the world into the vessel's frame.
         slot: position of the boat's slot, vessel frame, m.
         side: from which the team pushes, +1 or -1.
@@ -82,7 +89,7 @@ def around(
     offset = complex(motion[body, 0] - motion[0, 0], motion[body, 1] - motion[0, 1])
     velocity = complex(motion[body, 3] - motion[0, 3], motion[body, 4] - motion[0, 4])
     boat = offset * to_vessel
-    alignment = direction_of(motion[body, 2]) * to_vessel * complex(0.0, side)
+    alignment = heading * to_vessel * complex(0.0, side)
     return boat, slot - boat, alignment, velocity - complex(0.0, motion[0, 5]) * offset
 
 
@@ -102,7 +109,7 @@ def heading_error_of(goal_turn: complex) -> float:
 @compiled
 def rests(alignment: complex, slip: complex, rules: Rules) -> bool:
     """Returns whether a boat is aligned with the slots and at rest on the hull."""
-    return alignment.real > rules.slot_alignment and abs(slip) < rules.slot_speed
+    return alignment.real > rules.slot_alignment and size_of(slip) < rules.slot_speed
 
 
 @compiled
@@ -135,8 +142,10 @@ def passes(
     vector ``to_goal``, m, is of the world like the velocities.
     """
     nearing = velocity.real * to_goal.real + velocity.imag * to_goal.imag
-    slow = abs(velocity - water) < rules.passing_speed and abs(yaw_rate) < rules.passing_yaw_rate
-    return slow and nearing <= rules.nearing_tolerance * abs(to_goal)
+    slow = (
+        size_of(velocity - water) < rules.passing_speed and abs(yaw_rate) < rules.passing_yaw_rate
+    )
+    return slow and nearing <= rules.nearing_tolerance * size_of(to_goal)
 
 
 @compiled
@@ -147,13 +156,13 @@ def at_goal(motion: Float, goal: Float, water: complex, rules: Rules) -> bool:
     ``water`` is the velocity of the water at the vessel, m/s.
     """
     to_goal = complex(goal[0] - motion[0, 0], goal[1] - motion[0, 1])
-    if abs(to_goal) > rules.position_tolerance:
+    if size_of(to_goal) > rules.position_tolerance:
         return False
     if abs(wrapped(motion[0, 2] - goal[2])) > rules.heading_tolerance:
         return False
     velocity, yaw_rate = complex(motion[0, 3], motion[0, 4]), motion[0, 5]
     if rules.holding:
-        return holds(abs(velocity), yaw_rate, abs(water), rules)
+        return holds(size_of(velocity), yaw_rate, size_of(water), rules)
     return passes(velocity, yaw_rate, water, to_goal, rules)
 
 
@@ -167,7 +176,7 @@ def cost_to_go(goal: complex, heading_error: float, side: float, size: float) ->
     plain distance would take the first turn for a step back. The goal is a position in the
     vessel's frame, m, and ``size`` that of the vessel over the nominal one's.
     """
-    distance, turn = abs(goal), -heading_error
+    distance, turn = size_of(goal), -heading_error
     ahead = goal * complex(0.0, side)
     bearing = math.atan2(ahead.imag, ahead.real)
     turns = abs(bearing) + abs(wrapped(turn - bearing))

@@ -107,7 +107,7 @@ def count(
         tally.heading_error_at_min[world] = error[world, 1]
     dx = now.motion[world, 0, 0] - now.motion_before[world, 0, 0]
     dy = now.motion[world, 0, 1] - now.motion_before[world, 0, 1]
-    tally.path_length[world] += math.hypot(dx, dy)
+    tally.path_length[world] += math.sqrt(dx * dx + dy * dy)
     tally.effort[world] += thrust / full
     tally.episode_return[world] += total / team
 
@@ -136,8 +136,11 @@ def _report(
     """Writes the metrics ``FLAGS``, ``NUMBERS`` and ``WHOLES``, (n, W); a second is in ticks."""
     for w in range(len(tick)):
         flags[0, w], flags[1, w] = reached[w], strayed[w]
-        arrival, closed = tally.arrival_tick[w], tally.closure_tick[w]
-        first, last = arrival.min(), arrival.max()
+        closed = tally.closure_tick[w]
+        first = last = tally.arrival_tick[w, 0]
+        for boat in range(1, tally.arrival_tick.shape[1]):
+            arrival = tally.arrival_tick[w, boat]
+            first, last = min(first, arrival), max(last, arrival)
         numbers[0, w], numbers[1, w] = error[w, 0], error[w, 1]
         numbers[2, w] = closed / second if closed >= 0 else np.inf
         numbers[3, w] = (last - first) / second if first >= 0 else np.inf

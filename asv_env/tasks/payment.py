@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from asv_env.compiled import compiled
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.tasks.laws import aim, cost_to_go, direction_of, gaussian, heading_error_of
+from asv_env.tasks.laws import aim, cost_to_go, direction_of, gaussian, heading_error_of, size_of
 from asv_env.types import Bool, Float, Int
 
 LARGEST_STEP = 1.0  #: bound on the rise of a potential in one tick
@@ -97,7 +97,7 @@ def evaluate(
         worth: receives it.
     """
     position, turn = aim(motion, goal, direction_of(motion[0, 2]).conjugate())
-    distance, heading_error = abs(position), heading_error_of(turn)
+    distance, heading_error = size_of(position), heading_error_of(turn)
     cost = cost_to_go(position, heading_error, side, prices.size)
     precision = gaussian(distance, heading_error, GAUSSIAN[0] * prices.size, GAUSSIAN[1])
     worth.potential[world, CLOSURE] = -slot_distance / prices.length
