@@ -6,15 +6,15 @@ rest is near the goal, and stands off, so that no contact disturbs it. Where the
 too far from its goal the team pushes again.
 """
 
+import math
+
 import numpy as np
 
-from asv_env.compiled import compiled
+from asv_env.compiled import allocating
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.physics.hull import Hulls, advanced
-from asv_env.physics.water import softenings
+from asv_env.physics.hull import Hulls, advanced, equip, hulls
 from asv_env.tasks.formation import Relations
-from asv_env.tasks.laws import direction_of
 from asv_env.types import Bool, Complex, Float
 from baselines.scripted.gains import PushGains
 from baselines.scripted.observer import VesselMemory
@@ -38,12 +38,10 @@ class Settling:
         self._vessel, boat = params.hulls()
         self._gains, self._task, self._still_water = gains, params.task, still_water
         self._corners = plane(np.array(boat.outline))
-        vessel = self._vessel
-        mass = np.array(vessel.masses)
-        linear, quadratic = np.transpose([vessel.surge, vessel.sway, vessel.yaw])
-        self._step = COASTING_TIMES / STEPS * float(mass[1] / linear[1])
-        soft = softenings(0.5 * self._step * linear / mass)
-        self._hulls = Hulls(*np.stack([mass, linear, quadratic, soft])[:, None, None])
+        vessel, self._hulls = self._vessel, hulls(1, 1)
+        mass, drag = np.array([vessel.masses]), np.array([[vessel.surge, vessel.sway, vessel.yaw]])
+        self._step = COASTING_TIMES / STEPS * vessel.masses[1] / vessel.sway[0]
+        equip(self._hulls, 0, mass, drag, self._step)
 
     def update(self, relations: Relations, vessel: VesselMemory, released: Bool) -> Bool:
         """Returns in which worlds (W,) the team has let go, given where it had."""
@@ -98,7 +96,7 @@ class Settling:
         return np.where(end == 0, beside, beyond)
 
 
-@compiled
+@allocating
 def coasted(motion: Float, hulls: Hulls, step: float) -> tuple[Complex, Float]:
     """Returns where free hulls come to rest: positions (W,) m in their frames, and turns (W,) rad.
 
@@ -110,10 +108,12 @@ def coasted(motion: Float, hulls: Hulls, step: float) -> tuple[Complex, Float]:
     way, turned = np.zeros(len(motion), np.complex128), np.zeros(len(motion))
     for w in range(len(motion)):
         u, v, r = motion[w]
+        heading = complex(1.0, 0.0)
         for _ in range(STEPS):
             before = complex(u, v)
-            u, v, r, turn = advanced(u, v, r, STILL, hulls, 0, 0, UNSHELTERED, step)
-            mean = (before + complex(u, v) * direction_of(turn)) / 2
-            way[w] += step * mean * direction_of(turned[w])
-            turned[w] += turn
+            u, v, r, cos, sin = advanced(u, v, r, STILL, hulls, 0, 0, UNSHELTERED, step)
+            turn = complex(cos, sin)
+            way[w] += step / 2 * heading * (before + turn * complex(u, v))
+            heading *= turn
+            turned[w] += math.atan2(sin, cos)
     return way, turned
