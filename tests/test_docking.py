@@ -43,6 +43,16 @@ def test_team_gathers_again_when_too_many_miss_their_slots(astern, working, expe
     assert descends(low, descending=True, astern=astern, working=working) == expected
 
 
+@pytest.mark.parametrize(("working", "expected"), [(4, False), (3, True)])
+def test_team_gathers_again_when_boats_jam_at_the_hull(working, expected):
+    """It does not where a boat has failed, which may lie in the way for ever."""
+    jammed = WAYPOINTS - 0.1j + np.array([0.0, 0.1, -0.1, 0.0])
+    patient = GAINS.descent_patience - 1
+    assert descends(jammed, descending=True, working=working, seconds=patient)
+    late = GAINS.descent_patience + 1
+    assert descends(jammed, descending=True, working=working, seconds=late) == expected
+
+
 def test_boats_avoid_those_within_reach_to_starboard():
     boat = np.array([[0.0, 0.05, 1.0j]])
     velocity = avoidance_velocity(boat, reach=0.2, speed=0.08)[0]

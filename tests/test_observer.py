@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
 from baselines.rollout.loop import rollout
-from baselines.scripted import ScriptedPolicy, observer
+from baselines.scripted import PathGains, ScriptedPolicy, observer
 from baselines.scripted.observer import VesselMemory, VesselObserver
 
 FAR = [(5.0, 5.0), (-5.0, -5.0)]
@@ -215,6 +215,12 @@ def test_drift_of_a_free_vessel_becomes_the_current(scenario, heading, speed):
     else:
         assert rms(error) < 0.003
         assert abs(error.mean()) < 0.0015
+
+
+def test_noise_is_not_taken_for_a_current():
+    params = make_params(scenario="noisy", action_mode="thrusters")
+    _, _, drift = watch(params, ticks=600, worlds=64)
+    assert np.abs(drift).max() < PathGains().still_water
 
 
 def test_drift_is_learnt_only_of_a_vessel_that_is_left_alone():

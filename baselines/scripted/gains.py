@@ -82,12 +82,12 @@ class PushGains:
     #: error of the pose of rest at which the team lets go, tolerances
     release_error: float = FOUND["release_error"]
     #: growth of that error with the distance beyond where it was to let go
-    hurry: float = 1.0
+    hurry: float = FOUND["hurry"]
     #: how far beyond the goal the vessel is to rest by the estimate at which the team lets go,
     #: tolerances: with noise the first such estimate runs ahead of the truth, and boats that leave
-    #: the hull take some of its way, together 1 cm
-    overrun: float = 0.2
-    release_gap: float = 0.02  #: gap to the hull of boats that stand off, m
+    #: the hull take some of its way
+    overrun: float = FOUND["overrun"]
+    release_gap: float = FOUND["release_gap"]  #: gap to the hull of boats that stand off, m
     release_gain: float = 0.5  #: speed of standing off per gap, 1/s: time constant 2 s
     release_speed: float = 0.03  #: speed limit of standing off, m/s
 

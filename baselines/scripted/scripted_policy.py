@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
+from asv_env.sensing.kalman import predicted
 from asv_env.tasks.formation import relate
 from asv_env.types import Action, Bool, Float, Observation, Sensed, put_rows, rows
 from baselines.mirror import at_scale, mirror_image
@@ -70,6 +71,8 @@ class ScriptedPolicy:
         self._has_goal = params.definition.has_goal
         self._helm = Helm(params)
         self._lost = LOST * params.vessel.length
+        #: age of the measurements, s, for which the motion is predicted
+        self._latency = params.sensors.latency / params.clock.control
         self._grasp = GraspController(params, grasp)
         planner = planner or PathPlanner(params.hulls()[0], PathGains())
         self._push = PushController(params, planner, push, tolerances)
@@ -93,6 +96,7 @@ class ScriptedPolicy:
         self._observer.restart(sensed, memory.vessel, fresh)
         motion = sensed.estimate.copy()
         motion[:, 0] = memory.vessel.motion
+        motion = predicted(motion, self._latency)
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
         # A world PUSHes from closure on, until a boat is far from its slot.
