@@ -36,7 +36,6 @@ from asv_env.types import (
     TimeStep,
     copied,
     frozen,
-    rows,
 )
 
 MOST_WORLDS = 1_000_000  #: largest number of worlds
@@ -156,12 +155,13 @@ class Simulation:
         index = arguments.worlds_to_reset(mask, self.num_worlds)
         checked = arguments.checked_seeds(seeds, len(index))
         goal = None if goal is None else self.params.checked_goal(goal)
+        worlds = index.tolist()
         starts = [
-            self._sample(int(world), seed, goal) for world, seed in zip(index, checked, strict=True)
+            self._sample(world, seed, goal) for world, seed in zip(worlds, checked, strict=True)
         ]
         state = copied(self._state)
-        for world, start in zip(index, starts, strict=True):
-            self._begin(state, int(world), start)
+        for world, start in zip(worlds, starts, strict=True):
+            self._begin(state, world, start)
         standing.begun(state, state.motion, index, self.params)
         self._state = frozen(state)
         others = np.ones(self.num_worlds, dtype=np.bool_)
@@ -266,10 +266,9 @@ class Simulation:
         knowledge.change(events, self._state)
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
-        sensed, threads = self._knowledge.sensed, self.num_threads
-        if index is not None:
-            sensed, threads = rows(sensed, index), 1
-        return observation.observe(self._features, sensed, self.params, threads)
+        threads = self.num_threads if index is None else 1
+        known = self._features, self._knowledge.sensed, self.params
+        return observation.observe(*known, threads, index)
 
     def summary(self) -> dict[str, Any]:
         """Returns the metrics of the episodes so far, each (W,); see ``metrics.summary``."""

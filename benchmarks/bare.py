@@ -39,7 +39,7 @@ def _timed(function: int, memory: int) -> Any:
     def call(space: int, dt: float) -> None:
         numbers = numba.carray(_pointer(memory), (6,))
         _clock(MONOTONIC, memory)
-        native.step(function, space, dt)
+        native.give(function, space, dt)
         _clock(MONOTONIC, memory + 8 * END)
         seconds = numbers[END] - numbers[BEGIN]
         numbers[SPENT] += 1_000_000_000 * seconds + numbers[END + 1] - numbers[BEGIN + 1]
@@ -56,7 +56,7 @@ def _nothing(space: int, dt: float) -> None:
 @numba.njit
 def _repeated(function: int, times: int) -> None:
     for _ in range(times):
-        native.step(function, 0, 0.0)
+        native.give(function, 0, 0.0)
 
 
 class Watch:

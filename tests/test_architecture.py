@@ -13,7 +13,7 @@ GROUND = {
     f"asv_env.{name}"
     for name in (
         *("types", "text", "checks", "files", "geometry", "numerics", "registry", "params"),
-        *("compiled", "threads"),
+        *("compiled", "threads", "memo"),
     )
 }
 WORLD = {
@@ -32,6 +32,7 @@ ROOMS = {
     "asv_env.files": set(),
     "asv_env.arguments": GROUND,
     "asv_env.numerics": set(),
+    "asv_env.memo": set(),
     "asv_env.compiled": set(),
     "asv_env.threads": GROUND,
     "asv_env.registry": GROUND,

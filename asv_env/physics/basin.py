@@ -4,7 +4,6 @@ Bodies are made once and then placed, never removed: Pymunk's C code visits them
 which they were added, the vessel first.
 """
 
-import math
 from dataclasses import dataclass
 from itertools import chain
 
@@ -137,36 +136,35 @@ class Basin:
             memory.put_contacts(space, contacts)
         self._put(snapshot.bodies)
         self.moved = True
+        self.bodies.touching[...] = True  # for all that is known before the next step
 
     def _put(self, bodies: Float) -> None:
         """Gives all bodies what ``memory.remembered`` returned, (W, B, 9); they stay there."""
-        for hulls, walls, rows in zip(self._bodies, self._walls, bodies, strict=True):
-            for body, row in zip(hulls, rows.tolist(), strict=True):
-                memory.put(body, *row)
-                body.position_func = memory.stay
-            for wall in walls:
+        for world, rows in enumerate(bodies):
+            kernel.put(self.wires, world, rows)
+            for wall in self._walls[world]:
                 wall.friction = rows[0, -1].item()
+        for body in chain.from_iterable(self._bodies):
+            body.position_func = memory.stay
 
-    def place(
-        self, world: int, motion: Float, masses: Float, inertias: Float, friction: float
-    ) -> None:
+    def place(self, world: int, hulls: Float) -> None:
         """Gives the bodies of one world a motion, as if the world had just been built.
 
-        The motion (B, 6) is in the world's frame; masses (B,), kg, and inertias (B,), kg m^2, are
-        those that contacts see; ``friction`` is the Coulomb coefficient of every contact.
+        Args:
+            world: number of the world.
+            hulls: (B, 9) motion in the world's frame, mass and inertia as contacts see them, kg and
+                kg m^2, and the square root of the Coulomb coefficient of every contact, because
+                Chipmunk multiplies the coefficients of the two shapes.
         """
-        space = self._spaces[world]
-        root = math.sqrt(friction)  # Chipmunk multiplies the coefficients of the two shapes.
-        rows = zip(self._bodies[world], motion.tolist(), masses, inertias, strict=True)
-        for body, row, mass, inertia in rows:
-            x, y, heading, vx, vy, yaw_rate = row
-            memory.put(body, x, y, heading, vx, vy, yaw_rate, mass, inertia, root)
-            body.position_func = pymunk.Body.update_position
-            memory.forget_contacts(body)
-            space.reindex_shapes_for_body(body)
+        if self.moved:
+            for body in self._bodies[world]:
+                body.position_func = pymunk.Body.update_position
+        if self._walls[world] or self.bodies.touching[world].any():
+            for body in self._bodies[world]:
+                memory.forget_contacts(body)
         for wall in self._walls[world]:
-            wall.friction = root
-        kernel.read(self.wires, self.bodies, world)
+            wall.friction = hulls[0, -1].item()
+        kernel.place(self.wires, self.bodies, world, hulls)
 
 
 def _add_hull(space: pymunk.Space, hull: HullParams) -> pymunk.Body:

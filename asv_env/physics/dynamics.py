@@ -1,5 +1,6 @@
 """The motion of all hulls under motors, water and contact: the physics of a control step."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,9 +40,7 @@ class Dynamics:
         self.basin = Basin(params, num_worlds, self._num_threads)
         vessel, boat = params.hulls()
         hulls = [vessel] + [boat] * params.num_boats
-        self._masses = np.array([each.masses for each in hulls])
-        self._contact_masses = np.array([each.contact_mass for each in hulls])
-        self._drag = np.array([(each.surge, each.sway, each.yaw) for each in hulls])
+        self._kinds = hull.kinds(hulls)
         self._scale = autopilot.scale(boat)
         surge, yaw = autopilot.axes(boat)
         self.plant = Plant(
@@ -66,14 +65,14 @@ class Dynamics:
 
     def place(self, world: int, initial: InitialState) -> None:
         """Places one world in its initial state, motors off, autopilots at the boats' motion."""
-        plant = self.plant
-        gain = initial.mass_gain
-        contact_mass, mass = self._contact_masses * gain, self._masses * gain[:, None]
-        self.basin.place(world, initial.motion, contact_mass, mass[:, 2], initial.friction)
-        plant.per_step[world, :, 0] = contact_mass / self._dt
-        plant.per_step[world, :, 1] = mass[:, 2] / self._dt
-        drag = self._drag * initial.drag_gain[:, None, None]
-        hull.equip(plant.hulls, world, mass, drag, self._dt)
+        plant, gain = self.plant, initial.mass_gain
+        hulls = np.empty((len(gain), 9))
+        hulls[:, :6], hulls[:, 8] = initial.motion, math.sqrt(initial.friction)
+        hulls[:, 6] = self._kinds.contact_mass * gain
+        hulls[:, 7] = self._kinds.mass[:, 2] * gain
+        self.basin.place(world, hulls)
+        plant.per_step[world] = hulls[:, 6:8] / self._dt
+        hull.equip(plant.hulls, world, self._kinds, gain, initial.drag_gain, self._dt)
         motors = plant.motors
         motors.signal[world] = motors.thrust[world] = 0.0
         motors.gain[world] = initial.thrust_gain

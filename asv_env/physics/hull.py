@@ -12,12 +12,14 @@ The term with u v is the Munk moment. The terms with r say that the momentum (m_
 its direction over ground while the hull turns under it.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from asv_env.compiled import compiled
 from asv_env.geometry import cos_sin
+from asv_env.params import HullParams
 from asv_env.physics.water import damped, softening
 from asv_env.types import Float
 
@@ -41,22 +43,54 @@ def hulls(num_worlds: int, bodies: int) -> Hulls:
     return Hulls(*np.ones((len(Hulls._fields), num_worlds, bodies, 3)))
 
 
-@compiled
-def equip(hulls: Hulls, world: int, mass: Float, drag: Float, dt: float) -> None:
-    """Gives the hulls of a world their masses (B, 3) and coefficients of drag (B, 3, 2).
+class Kinds(NamedTuple):
+    """The hulls of the parameters, of which those of a world differ by factors."""
 
-    The last axis is that of linear and quadratic drag; ``dt`` is the duration of a step, s.
+    mass: Float  #: (B, 3) effective masses and inertia
+    contact_mass: Float  #: (B,) mass that Pymunk knows, kg
+    drag: Float  #: (B, 3, 2) linear and quadratic coefficients
+
+
+def kinds(hulls: Sequence[HullParams]) -> Kinds:
+    """Returns these hulls as compiled code takes them."""
+    return Kinds(
+        mass=np.array([hull.masses for hull in hulls]),
+        contact_mass=np.array([hull.contact_mass for hull in hulls]),
+        drag=np.array([(hull.surge, hull.sway, hull.yaw) for hull in hulls]),
+    )
+
+
+@compiled
+def equip(
+    hulls: Hulls,
+    world: int,
+    kinds: Kinds,
+    mass_gain: Float,
+    drag_gain: Float,
+    dt: float,
+) -> None:
+    """Gives the hulls of a world their masses and drag.
+
+    Args:
+        hulls: all hulls, in place.
+        world: number of the world.
+        kinds: what they are without factors.
+        mass_gain: (B,) factors on masses and inertia.
+        drag_gain: (B,) factors on drag.
+        dt: duration of a step, s.
     """
     half = 0.5 * dt
-    for body in range(len(mass)):
+    for body in range(len(mass_gain)):
         for axis in range(3):
-            own, linear = mass[body, axis], drag[body, axis, 0]
-            hulls.mass[world, body, axis] = own
+            mass = kinds.mass[body, axis] * mass_gain[body]
+            linear = kinds.drag[body, axis, 0] * drag_gain[body]
+            hulls.mass[world, body, axis] = mass
             hulls.linear[world, body, axis] = linear
-            hulls.quadratic[world, body, axis] = drag[body, axis, 1]
-            hulls.soft[world, body, axis] = softening(half * linear / own)
-            hulls.per_mass[world, body, axis] = half / own
-        mass_u, mass_v, inertia = mass[body, 0], mass[body, 1], mass[body, 2]
+            hulls.quadratic[world, body, axis] = kinds.drag[body, axis, 1] * drag_gain[body]
+            hulls.soft[world, body, axis] = softening(half * linear / mass)
+            hulls.per_mass[world, body, axis] = half / mass
+        mass_u, mass_v = hulls.mass[world, body, 0], hulls.mass[world, body, 1]
+        inertia = hulls.mass[world, body, 2]
         hulls.coupling[world, body, 0] = mass_v / mass_u
         hulls.coupling[world, body, 1] = mass_u / mass_v
         hulls.coupling[world, body, 2] = half * (mass_u - mass_v) / inertia

@@ -18,7 +18,17 @@ from asv_env.physics import native
 from asv_env.physics.autopilot import Axis, effort, referred
 from asv_env.physics.exchange import IDS, RECORD, Fields
 from asv_env.physics.hull import Hulls, advanced
-from asv_env.physics.native import EACH_CONTACT, READ_CONTACT, STEP
+from asv_env.physics.native import (
+    EACH_CONTACT,
+    MOVE,
+    READ_CONTACT,
+    REINDEX,
+    SET_ANGLE,
+    SET_FRICTION,
+    SET_MASS,
+    SET_MOMENT,
+    STEP,
+)
 from asv_env.physics.shelter import Cover, shelter
 from asv_env.physics.thrusters import Drive, Motors, allocated, driven, signal_for
 from asv_env.physics.water import STILL, Flow, velocity
@@ -190,6 +200,37 @@ def read(wires: Wires, bodies: Bodies, world: int) -> None:
 
 
 @compiled
+def put(wires: Wires, world: int, hulls: Float) -> None:
+    """Gives the hulls of a world what ``memory.remembered`` tells of them, (B, 9)."""
+    functions, fields = wires.functions, wires.fields
+    for body in range(len(hulls)):
+        hull = wires.body[world, body]
+        # A step of no length uses up the bias velocities, which survive a change of position.
+        native.give(functions[MOVE], hull, 0.0)
+        native.store(hull + fields.position, hulls[body, 0])
+        native.store(hull + fields.position + WORD, hulls[body, 1])
+        native.give(functions[SET_ANGLE], hull, hulls[body, 2])
+        native.store(hull + fields.velocity, hulls[body, 3])
+        native.store(hull + fields.velocity + WORD, hulls[body, 4])
+        native.store(hull + fields.yaw_rate, hulls[body, 5])
+        native.store(hull + fields.force, 0.0)
+        native.store(hull + fields.force + WORD, 0.0)
+        native.store(hull + fields.torque, 0.0)
+        native.give(functions[SET_MASS], hull, hulls[body, 6])
+        native.give(functions[SET_MOMENT], hull, hulls[body, 7])
+        native.give(functions[SET_FRICTION], wires.shape[world, body], hulls[body, 8])
+
+
+@compiled
+def place(wires: Wires, bodies: Bodies, world: int, hulls: Float) -> None:
+    """Puts the hulls of a world, (B, 9), where they begin an episode, and reads their motion."""
+    put(wires, world, hulls)
+    for body in range(len(hulls)):
+        native.call(wires.functions[REINDEX], wires.space[world], wires.body[world, body])
+    read(wires, bodies, world)
+
+
+@compiled
 def ask(place: int, size: int) -> None:
     """Asks for so many bytes at an address."""
     for line in range(place, place + size, LINE):
@@ -246,7 +287,7 @@ def advance(
             fetch(wires, world + 1)
         for _ in range(steps):
             push(plant, bodies, wires, world, action, working, factors)
-            native.step(wires.functions[STEP], wires.space[world], plant.dt)
+            native.give(wires.functions[STEP], wires.space[world], plant.dt)
             read(wires, bodies, world)
             feel(wires, bodies, world, thread, share)
         copy(bodies, world, motion)

@@ -1,4 +1,4 @@
-"""What Pymunk remembers of bodies and contacts from one step to the next, read and written.
+"""What Pymunk remembers of bodies and contacts from one step to the next.
 
 Chipmunk begins to solve a contact from the impulses of the step before.
 """
@@ -13,31 +13,8 @@ Contacts = dict[frozenset[int], bytes]
 """Contacts of a Space: Chipmunk's points by the numbers of both shapes."""
 
 
-def put(
-    body: pymunk.Body,
-    x: float,
-    y: float,
-    heading: float,
-    vx: float,
-    vy: float,
-    yaw_rate: float,
-    mass: float,
-    inertia: float,
-    friction: float,
-) -> None:
-    """Gives a body a motion in the Space, mass, inertia, and the friction of its shape."""
-    # A step of no length uses up the bias velocities, which survive a change of position.
-    pymunk.Body.update_position(body, 0.0)
-    body.mass, body.moment = float(mass), float(inertia)
-    body.position, body.angle = (x, y), heading
-    body.velocity, body.angular_velocity = (vx, vy), yaw_rate
-    body.force, body.torque = (0.0, 0.0), 0.0
-    for shape in body.shapes:
-        shape.friction = friction
-
-
 def remembered(body: pymunk.Body) -> list[float]:
-    """Returns what ``put`` takes."""
+    """Returns motion (6 numbers), mass, inertia and friction of a hull; see ``kernel.put``."""
     (shape,) = body.shapes
     motion = [*body.position, body.angle, *body.velocity, body.angular_velocity]
     return [*motion, body.mass, body.moment, shape.friction]

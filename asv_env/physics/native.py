@@ -17,13 +17,17 @@ def address(name: str) -> int:
 
 
 intrinsic: Any = extending.intrinsic  # Its type says nothing of the functions that it makes.
-FUNCTIONS = [
-    address("cpSpaceStep"),  # void(space, double dt)
-    address("cpSpaceEachCachedArbiter"),  # void(space, visitor, data), for each contact
-    address("pmSpaceArbiterIteratorFuncBatched"),
-]
-"""Addresses of Pymunk's C functions: two that take a Space, then a visitor of the second."""
-STEP, EACH_CONTACT, READ_CONTACT = range(len(FUNCTIONS))
+NAMES = (
+    # void(space or body or shape, double)
+    *("cpSpaceStep", "cpBodyUpdatePosition", "cpBodySetMass", "cpBodySetMoment"),
+    *("cpBodySetAngle", "cpShapeSetFriction"),
+    "cpSpaceReindexShapesForBody",  # void(space, body)
+    "cpSpaceEachCachedArbiter",  # void(space, visitor, data), for each contact
+    "pmSpaceArbiterIteratorFuncBatched",  # such a visitor
+)  #: names of Chipmunk's and Pymunk's C functions
+(STEP, MOVE, SET_MASS, SET_MOMENT, SET_ANGLE, SET_FRICTION,
+ REINDEX, EACH_CONTACT, READ_CONTACT) = range(len(NAMES))  # fmt: skip
+FUNCTIONS = [address(name) for name in NAMES]  #: their addresses
 
 
 def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -34,9 +38,15 @@ def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 @intrinsic
-def step(typing: Any, function: Any, space: Any, dt: Any) -> Any:
-    """Advances a Space by ``dt`` s; ``function`` is the address of that name."""
+def give(typing: Any, function: Any, record: Any, number: Any) -> Any:
+    """Calls a function of a record and a number, such as ``cpSpaceStep``."""
     return types.void(types.intp, types.intp, types.float64), _call
+
+
+@intrinsic
+def call(typing: Any, function: Any, record: Any, other: Any) -> Any:
+    """Calls a function of two records."""
+    return types.void(types.intp, types.intp, types.intp), _call
 
 
 @intrinsic

@@ -198,7 +198,7 @@ def put_world(
     row: Float,
     out: Observation,
 ) -> None:
-    """Writes the observations of a world, as ``fill`` does; the rest is memory for one boat."""
+    """Writes the observations (A, K) of a world; ``near``, ``square`` and ``row`` are memory."""
     neighbours, vessel = near.size > 0, direction_of(known.estimate[world, 0, 2])
     put_shared(known, world, vessel, inverse_length, row)
     for boat in range(known.slot.shape[1]):
@@ -208,38 +208,42 @@ def put_world(
             put_neighbours(known.estimate[world], boat, heading, near, square, row)
         for k in range(len(plan.source)):
             value, bound = row[plan.source[k]] * plan.factor[k], plan.bound[k]
-            out[world, boat, plan.target[k]] = min(max(value, -bound), bound)
+            out[boat, plan.target[k]] = min(max(value, -bound), bound)
 
 
 @allocating
 def fill(
     first: int,
     last: int,
+    worlds: Int,
     known: Known,
     inverse_length: float,
     plan: Plan,
     out: Observation,
 ) -> None:
-    """Writes columns of the table into observations of the worlds ``first`` to ``last - 1``.
+    """Writes columns of the table into observations of some worlds.
 
     Args:
-        first: first world.
-        last: world after the last one.
+        first: place of the first world in ``worlds``.
+        last: place after that of the last one.
+        worlds: (n,) numbers of the worlds.
         known: what the boats know.
         inverse_length: one over the vessel's length, 1/m.
         plan: which columns go where.
-        out: (W, A, K), of any float type.
+        out: (n, A, K), of any float type.
     """
     neighbours = len(plan.source) > 0 and plan.source.max() >= FIRST_NEIGHBOUR
     count = NEIGHBOURS if neighbours else 0
     near, square, row = np.zeros(count, np.int64), np.zeros(count), np.zeros(WIDTH)
-    for world in range(first, last):
-        put_world(known, world, inverse_length, plan, near, square, row, out)
+    for place in range(first, last):
+        world = worlds[place]
+        put_world(known, world, inverse_length, plan, near, square, row, out[place])
 
 
 def table(sensed: Sensed, length: float) -> Float:
     """Returns all columns (W, A, n) of what is sensed, for a vessel of this length, m."""
     columns = np.zeros((*sensed.slot.shape, WIDTH))
     everything = plan(range(WIDTH), range(WIDTH), np.ones(WIDTH), np.full(WIDTH, np.inf))
-    fill(0, len(columns), known(sensed), 1.0 / length, everything, columns)
+    worlds = given(np.arange(len(columns)), np.int64)
+    fill(0, len(columns), worlds, known(sensed), 1.0 / length, everything, columns)
     return columns

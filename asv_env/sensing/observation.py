@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from asv_env.checks import COMPLEX, REAL, FunctionError, values
+from asv_env.memo import by_identity
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.registry import Registry
 from asv_env.sensing import feature_table
@@ -29,7 +30,7 @@ from asv_env.sensing.feature_table import (
 )
 from asv_env.sensing.view import View
 from asv_env.threads import spread
-from asv_env.types import Float, Observation, Sensed
+from asv_env.types import Float, Int, Observation, Sensed, given, rows
 
 KIND = "feature"  #: word for a feature in messages
 FAR = 15.0  #: largest distance in an observation, vessel lengths: more than the arena's diagonal
@@ -94,7 +95,7 @@ class Feature:
             raise ValueError(f"feature {self.name!r}: give a name for each of {width} columns")
 
     def __hash__(self) -> int:
-        return hash(self.name)  # Every step looks up what belongs to features.
+        return hash(self.name)
 
 
 def scalar(name: str, scale: Scale, bound: float, value: Value) -> Feature:
@@ -201,30 +202,34 @@ BOUND = bounds(DEFAULT)  #: (K,) largest magnitudes of the columns of the defaul
 
 
 def observe(
-    features: Features, sensed: Sensed, params: EnvParams, num_threads: int = 1
+    features: Features,
+    sensed: Sensed,
+    params: EnvParams,
+    num_threads: int = 1,
+    worlds: Int | None = None,
 ) -> Observation:
-    """Returns some features (W, A, K) of what is sensed, float32, within their bounds.
+    """Returns some features (n, A, K) of what is sensed, float32, within their bounds.
 
-    ``num_threads`` is the number of threads over which the worlds are spread.
+    Args:
+        features: the features.
+        sensed: what the boats know.
+        params: parameters of the environment.
+        num_threads: number of threads over which the worlds are spread.
+        worlds: (n,) numbers of the worlds; None takes all.
     """
-    worlds, team = sensed.slot.shape
-    layout = _layout(features, worlds, team, units(params))
-    observed = np.empty((worlds, team, layout.width), dtype=np.float32)
+    layout, team = _layout(features, params), sensed.slot.shape[1]
+    chosen = given(np.arange(len(sensed.slot)) if worlds is None else worlds, np.int64)
+    observed = np.empty((len(chosen), team, layout.width), dtype=np.float32)
     seen, inverse_length = known(sensed), 1.0 / params.vessel.length
 
     def run(first: int, last: int, thread: int) -> None:
-        fill(first, last, seen, inverse_length, layout.plan, observed)
+        fill(first, last, chosen, seen, inverse_length, layout.plan, observed)
 
-    spread(run, worlds, num_threads)
+    spread(run, len(chosen), num_threads)
     if layout.others:
-        view = View(sensed, params)
-        for feature, place, forms, factor, bound in layout.others:
-            value = values(forms, KIND, feature.name, feature.value, view)
-            if value.dtype.kind == "c":
-                value = np.stack([value.real, value.imag], axis=-1)
-            elif value.ndim == 2:
-                value = value[..., None]
-            observed[..., place] = np.clip(value * factor, -bound, bound)
+        _observe_others(
+            layout, sensed if worlds is None else rows(sensed, worlds), params, observed
+        )
         if np.isnan(observed).any():
             broken = np.isnan(observed).any(axis=(0, 1)).argmax()
             raise FunctionError(f"{KIND} {column_names(features)[broken]!r} is not a number")
@@ -236,14 +241,14 @@ class _Layout(NamedTuple):
 
     width: int  #: number of columns
     plan: Plan  #: those of the built-in ones
-    #: the others, with the place, the forms, the factors and the bounds of their columns
-    others: tuple[tuple[Feature, slice, Forms, Float, Observation], ...]
+    #: the others, with the place, the factors and the bounds of their columns
+    others: tuple[tuple[Feature, slice, Float, Observation], ...]
 
 
-@lru_cache(maxsize=128)
-def _layout(features: Features, worlds: int, team: int, units: Units) -> _Layout:
-    """Returns the layout of features of W worlds, for these ``units``."""
-    sizes: dict[Scale, float] = dict(zip(SCALES, units, strict=True))
+@by_identity
+def _layout(features: Features, params: EnvParams) -> _Layout:
+    """Returns the layout of features."""
+    sizes: dict[Scale, float] = dict(zip(SCALES, units(params), strict=True))
     scales = [sizes.get(scale, scale) for one in features for scale in one.scale]
     factor: Float = 1.0 / np.array(scales, dtype=np.float64)
     bound = bounds(features)
@@ -257,10 +262,24 @@ def _layout(features: Features, worlds: int, team: int, units: Units) -> _Layout
             source += one.value.places
             target += range(place.start, end)
         else:
-            forms = _forms(worlds, team, width)
-            others.append((one, place, forms, factor[place], bound[place]))
+            others.append((one, place, factor[place], bound[place]))
     built_in = plan(source, target, factor[target], bound[target])
     return _Layout(end, built_in, tuple(others))
+
+
+def _observe_others(
+    layout: _Layout, sensed: Sensed, params: EnvParams, observed: Observation
+) -> None:
+    """Writes the features (n, A, K) that functions of users compute."""
+    view, (worlds, team) = View(sensed, params), sensed.slot.shape
+    for feature, place, factor, bound in layout.others:
+        forms = _forms(worlds, team, len(factor))
+        value = values(forms, KIND, feature.name, feature.value, view)
+        if value.dtype.kind == "c":
+            value = np.stack([value.real, value.imag], axis=-1)
+        elif value.ndim == 2:
+            value = value[..., None]
+        observed[..., place] = np.clip(value * factor, -bound, bound)
 
 
 def _forms(worlds: int, team: int, width: int) -> Forms:

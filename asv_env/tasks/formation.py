@@ -5,11 +5,11 @@ length, w along n, the side from which it is pushed in the nominal case.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from asv_env.compiled import allocating, compiled
+from asv_env.memo import by_identity
 from asv_env.params import SMALLEST_CAGE, EnvParams
 from asv_env.tasks.laws import aim, around, direction_of, heading_error_of, size_of
 from asv_env.types import Bool, Complex, Float, Int, given, zeros
@@ -31,7 +31,7 @@ def slots(params: EnvParams, team: int) -> Complex:
     return points
 
 
-@lru_cache(maxsize=32)
+@by_identity
 def _slot_table(params: EnvParams) -> Complex:
     """Returns the slots of every size of a team up to the whole one, in rows (A + 1, A)."""
     table = np.zeros((params.num_boats + 1, params.num_boats), dtype=np.complex128)

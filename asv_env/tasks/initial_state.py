@@ -1,5 +1,8 @@
 """What an initial state must be, whoever samples it: numbers with which an episode can begin."""
 
+import math
+from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -7,7 +10,7 @@ import numpy as np
 from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.text import shown
-from asv_env.types import InitialState
+from asv_env.types import Float, InitialState
 
 RANGES = {
     "motion": (-1e6, 1e6),
@@ -31,22 +34,15 @@ def checked(start: Any, params: EnvParams) -> InitialState:
     """
     if not isinstance(start, InitialState):
         raise TypeError(f"initial states: {shown(start)}: return an asv_env.types.InitialState")
-    team = params.num_boats
-    shapes = {"motion": (1 + team, 6), "goal": (3,), "thrust_gain": (team, 2)}
-    shapes |= {"drag_gain": (1 + team,), "mass_gain": (1 + team,), "failure_tick": (team,)}
-    values: dict[str, Any] = {}
-    for name, (low, high) in RANGES.items():
-        given, shape = getattr(start, name), shapes.get(name, ())
-        try:
-            array = np.array(given, dtype=np.float64)
-        except (TypeError, ValueError):
-            array = np.full(shape, np.nan)
-        if array.shape != shape or not ((array >= low) & (array <= high)).all():
-            raise ValueError(
-                f"initial states: {name} = {shown(given)}: must be of shape {shape}, all finite "
-                f"and in [{low:g}, {high:g}]"
-            )
-        values[name] = array if shape else float(array)
+    shapes, low, high = _limits(params.num_boats)
+    given = {name: _numbers(getattr(start, name), shapes[name]) for name in RANGES}
+    flat = np.concatenate([array.reshape(-1) for array in given.values()])
+    fits = all(array.shape == shapes[name] for name, array in given.items())
+    if not fits or not ((flat >= low) & (flat <= high)).all():
+        _refuse(start, given, shapes)
+    values: dict[str, Any] = {
+        name: array if shapes[name] else array.item() for name, array in given.items()
+    }
     if abs(values["side"]) != 1.0:
         raise ValueError(f"initial states: side = {values['side']:g}: must be 1 or -1")
     if (values["failure_tick"] >= 0).all():
@@ -55,3 +51,35 @@ def checked(start: Any, params: EnvParams) -> InitialState:
     values["goal"][2] = wrap(values["goal"][2])
     values["failure_tick"] = values["failure_tick"].astype(np.int64)
     return InitialState(**values)
+
+
+def _numbers(given: Any, shape: tuple[int, ...]) -> Float:
+    """Returns an array of numbers; NaN in place of what is none."""
+    try:
+        return np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.full(shape, np.nan)
+
+
+@cache
+def _limits(team: int) -> tuple[dict[str, tuple[int, ...]], Float, Float]:
+    """Returns the shapes of the fields by name; and the bounds of all numbers, in their order."""
+    own = {"motion": (1 + team, 6), "goal": (3,), "thrust_gain": (team, 2)}
+    own |= {"drag_gain": (1 + team,), "mass_gain": (1 + team,), "failure_tick": (team,)}
+    shapes = {name: own.get(name, ()) for name in RANGES}
+    bounds = [np.full((math.prod(shapes[name]), 2), RANGES[name]) for name in RANGES]
+    low, high = np.concatenate(bounds).T
+    return shapes, low, high
+
+
+def _refuse(
+    start: InitialState, given: Mapping[str, Float], shapes: Mapping[str, tuple[int, ...]]
+) -> None:
+    """Refuses the first field that is of another shape or has a number out of range."""
+    for name, array in given.items():
+        (low, high), shape = RANGES[name], shapes[name]
+        if array.shape != shape or not ((array >= low) & (array <= high)).all():
+            raise ValueError(
+                f"initial states: {name} = {shown(getattr(start, name))}: must be of shape "
+                f"{shape}, all finite and in [{low:g}, {high:g}]"
+            )

@@ -13,7 +13,7 @@ from asv_env.tasks.laws import (
     rests,
     size_of,
 )
-from asv_env.types import Bool, Complex, Float, Situation, given
+from asv_env.types import Bool, Complex, Float, Int, Situation, given
 
 
 class Team(NamedTuple):
@@ -96,7 +96,7 @@ def stand(world: int, team: Team, rules: Rules, found: Standings) -> float:
 
 
 @compiled
-def stand_all(first: int, last: int, team: Team, rules: Rules, found: Standings) -> None:
-    """Judges slots and closure of the worlds ``first`` to ``last - 1``."""
-    for world in range(first, last):
-        stand(world, team, rules, found)
+def stand_some(worlds: Int, team: Team, rules: Rules, found: Standings) -> None:
+    """Judges slots and closure of some worlds (n,)."""
+    for number in range(len(worlds)):
+        stand(worlds[number], team, rules, found)

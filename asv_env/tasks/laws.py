@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from asv_env.compiled import compiled
 from asv_env.geometry import wrapped
+from asv_env.memo import by_identity
 from asv_env.params import EnvParams
 from asv_env.types import Float
 
@@ -35,6 +36,7 @@ class Rules(NamedTuple):
     nearing_tolerance: float  #: m/s
 
 
+@by_identity
 def rules(params: EnvParams) -> Rules:
     """Returns the rules of an environment."""
     task = params.task

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from asv_env.compiled import compiled
+from asv_env.memo import by_identity
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tasks.laws import aim, cost_to_go, direction_of, gaussian, heading_error_of, size_of
 from asv_env.types import Bool, Float, Int
@@ -50,6 +51,7 @@ class Payments(NamedTuple):
     reward: Float  #: (W, A) sum of the boats' terms
 
 
+@by_identity
 def prices(params: EnvParams) -> Prices:
     """Returns the prices of an environment."""
     reward, tick = params.reward, 1.0 / params.clock.control

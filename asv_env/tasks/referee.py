@@ -18,7 +18,7 @@ from asv_env.tasks.reward import (
     blank_payments,
     blank_worth,
     checked_total,
-    evaluated,
+    evaluate_some,
 )
 from asv_env.threads import spread
 from asv_env.types import Bool, Complex, Ending, Float, Int, State, frozen, made, rows
@@ -280,10 +280,10 @@ class Referee:
 
     def _renew(self, index: np.ndarray, state: State) -> None:
         """Evaluates the states of some worlds (n,) again."""
-        some = frozen(rows(state, index))
-        for old, new in zip(self._worth, evaluated(some, self._params), strict=True):
-            old[index] = new
-        others = self._terms.potentials(some)
+        evaluate_some(index, state, self._params, self._worth)
+        if not self._terms.rising:
+            return
+        others = self._terms.potentials(frozen(rows(state, index)))
         if self._others.shape[1] < others.shape[1]:
             self._others = np.zeros((len(state.tick), others.shape[1]))
         self._others[index] = others

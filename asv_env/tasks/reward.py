@@ -33,7 +33,7 @@ from asv_env.tasks.payment import (
     prices,
 )
 from asv_env.text import shown
-from asv_env.types import Ending, Float, State, frozen, given
+from asv_env.types import Ending, Float, Int, State, frozen, given
 
 KIND = "reward term"  #: word for a term in messages
 
@@ -160,11 +160,11 @@ def without(*names: str) -> tuple[Term, ...]:
 
 
 @compiled
-def _evaluate_all(
-    team: Team, numbers: tuple[Rules, Prices], found: Standings, worth: Worth
+def _evaluate_some(
+    worlds: Int, team: Team, rules: Rules, prices: Prices, found: Standings, worth: Worth
 ) -> None:
-    rules, prices = numbers
-    for w in range(len(team.side)):
+    for number in range(len(worlds)):
+        w = worlds[number]
         distance = stand(w, team, rules, found)
         evaluate(w, distance, team.goal[w], team.motion[w], team.side[w], prices, worth)
 
@@ -179,9 +179,15 @@ def _pay_all(
 
 def evaluated(state: State, params: EnvParams) -> Worth:
     """Returns what a true state is worth."""
-    worth, teams = blank_worth(len(state.tick)), team(state, state.motion)
-    _evaluate_all(teams, (rules(params), prices(params)), standings(teams), worth)
+    worth = blank_worth(len(state.tick))
+    evaluate_some(np.arange(len(state.tick)), state, params, worth)
     return worth
+
+
+def evaluate_some(worlds: Int, state: State, params: EnvParams, worth: Worth) -> None:
+    """Writes what some worlds (n,) of a true state are worth."""
+    teams, numbers = team(state, state.motion), (rules(params), prices(params))
+    _evaluate_some(given(worlds, np.int64), teams, *numbers, standings(teams), worth)
 
 
 def blank_worth(worlds: int) -> Worth:
@@ -237,7 +243,8 @@ class Terms:
                 taken.add(place)
         self._names = [term.name for term in terms]
         self.weight = weight  #: (9,) factors on the columns
-        self._rising = [term for term in self.others if term.potential is not None]
+        #: those of them that are rises of potentials
+        self.rising = [term for term in self.others if term.potential is not None]
 
     def named(self, paid: Payments) -> dict[str, Float]:
         """Returns the built-in terms by name, in their places among all terms."""
@@ -251,10 +258,10 @@ class Terms:
 
     def potentials(self, state: State) -> Float:
         """Returns the potentials (W, n) that functions of users compute."""
-        found, forms = np.empty((len(state.tick), len(self._rising))), {state.tick.shape: REAL}
-        if self._rising:
+        found, forms = np.empty((len(state.tick), len(self.rising))), {state.tick.shape: REAL}
+        if self.rising:
             relations = frozen(relate(state.motion, state.goal, state.slot, state.side))
-            for column, term in enumerate(self._rising):
+            for column, term in enumerate(self.rising):
                 potential: Any = term.potential
                 known = relations, state, self._params
                 found[:, column] = values(forms, KIND, term.name, potential, *known)

@@ -12,10 +12,10 @@ import numpy as np
 from asv_env.geometry import wrap
 from asv_env.params import EnvParams
 from asv_env.tasks import formation
-from asv_env.tasks.judge import Standings, stand_all, standings, team
+from asv_env.tasks.judge import Standings, stand_some, standings, team
 from asv_env.tasks.laws import rules
 from asv_env.threads import spread
-from asv_env.types import Bool, Float, Situation, copied, frozen, rows
+from asv_env.types import Bool, Float, Situation, copied, frozen, given
 
 Record = TypeVar("Record", bound=Situation)
 
@@ -34,10 +34,10 @@ class Events:
 def advanced(before: Situation, motion: Float, params: EnvParams, num_threads: int) -> Standings:
     """Advances a standing by a tick, after which the motion is (W, B, 6)."""
     teams, numbers = team(before, motion), rules(params)
-    found = standings(teams)
+    found, worlds = standings(teams), given(np.arange(len(motion)), np.int64)
 
     def run(first: int, last: int, thread: int) -> None:
-        stand_all(first, last, teams, numbers, found)
+        stand_some(worlds[first:last], teams, numbers, found)
 
     spread(run, len(motion), num_threads)
     return found
@@ -86,8 +86,10 @@ def begun(record: Situation, motion: Float, index: np.ndarray, params: EnvParams
 
 def _occupy(record: Situation, motion: Float, index: np.ndarray, params: EnvParams) -> None:
     """Decides again who occupies slots in the worlds ``index`` (n,) of a record, in place."""
-    now = advanced(rows(record, index), motion[index], params, 1)
-    record.occupied[index] = now.occupied
+    teams = team(record, motion)
+    found = standings(teams)
+    stand_some(given(index, np.int64), teams, rules(params), found)
+    record.occupied[index] = found.occupied[index]
 
 
 def anchored(relative: Float, vessel: Float) -> Float:

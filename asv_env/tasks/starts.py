@@ -1,5 +1,6 @@
 """Initial-state distributions: poses, goals, variations and failures, from one Generator."""
 
+import cmath
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -60,7 +61,7 @@ def _goal(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> Fl
     near, far = params.task.goal_distance
     bound = _bound(params, params.vessel.length / 2)
     for x, y in _places(rng, near, far, bound):
-        pose = (x, y, rng.uniform(-np.pi, np.pi))
+        pose = (x, y, _between(rng, -np.pi, np.pi))
         if params.goal_fits(pose):
             return np.array(pose)
     raise ValueError(
@@ -80,12 +81,17 @@ def _places(
     if near > math.sqrt(2) * bound:
         return
     for _ in range(TRIES if hits >= 1 else 0):
-        x, y = rng.uniform(-far, far, 2)
-        if near <= np.hypot(x, y) <= far and max(abs(x), abs(y)) <= bound:
+        x, y = _between(rng, -far, far), _between(rng, -far, far)
+        if near <= math.hypot(x, y) <= far and max(abs(x), abs(y)) <= bound:
             yield x, y
     for _ in range(TRIES):
         place = _in_ring(rng, near, far, bound)
         yield place.real, place.imag
+
+
+def _between(rng: np.random.Generator, low: float, high: float) -> float:
+    """Samples a number as ``rng.uniform(low, high)`` does, in a tenth of the time."""
+    return low + (high - low) * rng.random()
 
 
 def _in_ring(rng: np.random.Generator, near: float, far: float, bound: float) -> complex:
@@ -102,11 +108,11 @@ def _in_ring(rng: np.random.Generator, near: float, far: float, bound: float) ->
     far = min(far, math.sqrt(2) * bound)
     first, last = limits(near)
     while True:
-        radius = min(max(near, math.sqrt(rng.uniform(near**2, far**2))), far)
+        radius = min(max(near, math.sqrt(_between(rng, near**2, far**2))), far)
         low, high = limits(radius)
         if rng.random() * (last - first) <= high - low:
             quadrant: complex = 1j ** int(rng.integers(4))
-            return complex(radius * quadrant * np.exp(1j * rng.uniform(low, high)))
+            return radius * quadrant * cmath.exp(1j * _between(rng, low, high))
 
 
 def _side(params: EnvParams, goal: Float) -> float:
@@ -122,25 +128,26 @@ def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Fl
     boat, team = params.boat, params.num_boats
     apart = params.task.start_spacing * max(boat.length, boat.width)
     bound = _bound(params, max(boat.length, math.hypot(boat.length, boat.width) / 2))
-    boats, found = np.empty(0, dtype=np.complex128), 0
+    boats: list[complex] = []
+    found = 0
     for attempt in range(2 * TRIES if near <= math.sqrt(2) * bound else 0):
         if len(boats) == team:
-            return boats, rng.uniform(-np.pi, np.pi, team)
+            return np.array(boats), rng.uniform(-np.pi, np.pi, team)
         if attempt == TRIES and found > TRIES / 100:
             break  # It is crowded.
         if attempt < TRIES:
-            radius = np.sqrt(rng.uniform(near**2, far**2))
-            candidate = radius * np.exp(1j * rng.uniform(-np.pi, np.pi))
+            radius = math.sqrt(_between(rng, near**2, far**2))
+            candidate = radius * cmath.exp(1j * _between(rng, -np.pi, np.pi))
         else:  # Hardly any of the ring lies within the bound.
             candidate = _in_ring(rng, near, far, bound)
         inside = max(abs(candidate.real), abs(candidate.imag)) <= bound
         found += inside
-        if inside and np.all(np.abs(boats - candidate) >= apart):
-            boats = np.append(boats, candidate)
+        if inside and all(abs(boat - candidate) >= apart for boat in boats):
+            boats.append(candidate)
     places = _arranged(near, far, apart, bound, team)
     if len(places) >= team:
-        boats = rng.choice(places, team, replace=False)
-        return boats, rng.uniform(-np.pi, np.pi, team)
+        chosen = rng.choice(places, team, replace=False)
+        return chosen, rng.uniform(-np.pi, np.pi, team)
     raise ValueError(
         f"{team} boats {apart:.3g} m apart do not fit at start_distance = "
         f"{params.task.start_distance!r} m from the vessel and within {bound:.3g} m of it along "
@@ -177,10 +184,10 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
     spread, team = params.variation, params.num_boats
 
     def gain(width: float, *shape: int) -> Float:
-        return 1.0 + rng.uniform(-width, width, shape)
+        return 1.0 + (2.0 * width * rng.random(shape) - width)
 
     def between(interval: tuple[float, float] | None, nominal: float) -> float:
-        return nominal if interval is None else float(rng.uniform(*interval))
+        return nominal if interval is None else _between(rng, *interval)
 
     return {
         "thrust_gain": gain(spread.thrust, team, 2) * (1.0 + spread.thrust_bias * LEFT_RIGHT),
@@ -195,6 +202,8 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
 def _failures(params: EnvParams, rng: np.random.Generator) -> Int:
     """Samples the ticks (A,) at which thrusters fail; -1 never."""
     ticks = np.full(params.num_boats, -1)
+    if not params.variation.failures:
+        return ticks
     failing = rng.choice(params.num_boats, size=params.variation.failures, replace=False)
     times = rng.uniform(*params.variation.failure_time, size=len(failing))
     ticks[failing] = np.maximum(1, np.round(times * params.clock.control))

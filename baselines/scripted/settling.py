@@ -13,7 +13,7 @@ import numpy as np
 from asv_env.compiled import allocating
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.physics.hull import Hulls, advanced, equip, hulls
+from asv_env.physics.hull import Hulls, advanced, equip, hulls, kinds
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float
 from baselines.scripted.gains import PushGains
@@ -39,9 +39,8 @@ class Settling:
         self._gains, self._task, self._still_water = gains, params.task, still_water
         self._corners = plane(np.array(boat.outline))
         vessel, self._hulls = self._vessel, hulls(1, 1)
-        mass, drag = np.array([vessel.masses]), np.array([[vessel.surge, vessel.sway, vessel.yaw]])
         self._step = COASTING_TIMES / STEPS * vessel.masses[1] / vessel.sway[0]
-        equip(self._hulls, 0, mass, drag, self._step)
+        equip(self._hulls, 0, kinds([vessel]), np.ones(1), np.ones(1), self._step)
 
     def update(self, relations: Relations, vessel: VesselMemory, released: Bool) -> Bool:
         """Returns in which worlds (W,) the team has let go, given where it had."""
