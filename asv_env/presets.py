@@ -64,15 +64,22 @@ HULLS: Registry[Any] = Registry(
 """Hulls by name, for the options ``vessel`` and ``boat``."""
 
 CRAFT_CLOCK = {"physics": 50, "sensing": 5, "control": 5}
+EXPERIMENT: Overrides = {
+    "clock": {"physics": 100, "sensing": 20, "control": 10},
+    "task": {"goal": (0.55, -0.95, 0.1), "goal_anchor": "closure", "delivery": "passing"},
+}
+CALIBRATED: Overrides = {"variation": {"thrust": 0.5}}
+"""Disturbances by which the experiment's errors are nearest to those of the paper's tank.
+
+``python -m baselines.reproduce.calibrate`` found them.
+"""
 TANK = {"arena": 1.5, "start_distance": (0.5, 1.4), "goal_distance": (0.4, 1.0)}
 PRESETS: Registry[Overrides] = Registry(
     "preset",
     {
         "nominal": {},
-        "experiment": {
-            "clock": {"physics": 100, "sensing": 20, "control": 10},
-            "task": {"goal": (0.55, -0.95, 0.1), "goal_anchor": "closure", "delivery": "passing"},
-        },
+        "experiment": EXPERIMENT,
+        "tank-calibrated": {**EXPERIMENT, **CALIBRATED},
         "paper_simulation": {
             "clock": {"physics": 50, "sensing": 50, "control": 50},
             "water": {"drag": "linear"},

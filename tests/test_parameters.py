@@ -464,7 +464,9 @@ def test_tank_is_three_metres_square_and_all_begins_inside_it():
     assert np.abs(sim.state.goal[:, :2]).max() < 1.5 - params.vessel.width / 2
 
 
-@pytest.mark.parametrize("preset", ["nominal", "experiment", "paper_simulation", "tank"])
+@pytest.mark.parametrize(
+    "preset", ["nominal", "experiment", "paper_simulation", "tank", "tank-calibrated"]
+)
 @pytest.mark.parametrize("task", ["approach", "push", "transport"])
 def test_every_preset_runs_every_task(preset, task):
     params = make_params(task, preset=preset)
