@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from baselines.evaluate import command as evaluate
-from baselines.rollout.commands import FilePath, Terminated, command, steady, unbroken
+from baselines.rollout.commands import FilePath, command, steady, unbroken
+from baselines.rollout.process_state import Terminated
 
 PRINTS = """
 from baselines.rollout.commands import command

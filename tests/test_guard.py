@@ -17,9 +17,10 @@ from asv_env import Simulation, make_params
 from asv_env.text import LONGEST, described, one_line
 from baselines.policy import Idle, Random, checked_action
 from baselines.rollout import film, runner
+from baselines.rollout.commands import steady
 from baselines.rollout.guard import Guard, PolicyError
 from baselines.rollout.loop import rollout
-from baselines.rollout.process_state import neutral, restored
+from baselines.rollout.process_state import Terminated, neutral, restored
 
 PARAMS = make_params("push", time_limit=0.5)
 FINE = np.zeros((1, 4, 2), dtype=np.float32)
@@ -162,6 +163,16 @@ def test_what_looks_like_ctrl_c_is_an_error_where_ctrl_c_is_ignored():
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         assert error_of(raising(KeyboardInterrupt("me"))) == "KeyboardInterrupt: me"
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_another_signal_ends_a_command_in_the_background_while_a_policy_acts():
+    """A shell starts it with Ctrl-C ignored."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with steady(), pytest.raises(Terminated):
+            error_of(acting(lambda *_: signal.raise_signal(signal.SIGTERM)))
     finally:
         signal.signal(signal.SIGINT, before)
 

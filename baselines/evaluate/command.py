@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, NoReturn
 import tyro
 
 from asv_env.text import described, one_line
-from baselines.rollout.commands import LONGEST, FilePath, Terminated, say, steady
+from baselines.rollout.commands import LONGEST, FilePath, say, steady
+from baselines.rollout.process_state import Terminated
 
 if TYPE_CHECKING:
     from baselines.evaluate.conditions import Suite

@@ -16,7 +16,7 @@ from tyro.constructors import PrimitiveConstructorSpec
 
 from asv_env.numerics import numerics
 from asv_env.text import one_line
-from baselines.rollout.process_state import neutral
+from baselines.rollout.process_state import Terminated, neutral
 
 LONGEST = 1000  #: largest number of characters of a line of a message
 AGAIN = 0.01  #: time after which a signal that was lost comes again, s
@@ -33,10 +33,6 @@ FilePath = Annotated[
 """Path as an option: shells leave the ``~`` of ``--out=~/run`` to the program."""
 ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that end a command; the second comes when its terminal is closed."""
-
-
-class Terminated(KeyboardInterrupt):
-    """A signal was received, which is named and ends a command as Ctrl-C does."""
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """One guard round a policy: whatever it does wrong fails the episode in which it does so.
 
 Making the policy, its decision, what it returns, and the text of its errors are all foreign code.
-Only Ctrl-C gets through.
+Only Ctrl-C and other signals that end a command get through.
 """
 
 import signal
@@ -13,6 +13,7 @@ from asv_env.params import EnvParams
 from asv_env.text import described
 from asv_env.types import Action, Bool, Observation, Sensed
 from baselines.policy import MakePolicy, Policy, checked_action
+from baselines.rollout.process_state import Terminated
 
 
 class PolicyError(Exception):
@@ -75,6 +76,10 @@ def decision(decided: Any, shape: tuple[int, ...]) -> tuple[Action, Any]:
 
 
 def is_ctrl_c(error: BaseException) -> bool:
-    """Returns whether an error is the user's Ctrl-C, which workers ignore, not the policy's."""
+    """Returns whether an error is the user's Ctrl-C or another signal that ends the command.
+
+    Otherwise it is the policy's. Workers ignore Ctrl-C, and so do commands that a shell runs in the
+    background, which hear SIGTERM nevertheless.
+    """
     heard = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
-    return isinstance(error, KeyboardInterrupt) and heard
+    return isinstance(error, Terminated) or (isinstance(error, KeyboardInterrupt) and heard)

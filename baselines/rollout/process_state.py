@@ -18,6 +18,10 @@ SIGNALS = [
 ]  #: signals whose handlers are put back
 
 
+class Terminated(KeyboardInterrupt):
+    """A signal was received, which is named and ends a command as Ctrl-C does."""
+
+
 @contextmanager
 def neutral() -> Iterator[None]:
     """Keeps warnings that the user has turned into errors from ending what is not theirs.
