@@ -4,12 +4,13 @@ The keys are ``reward_<term>`` for every term of the task's reward, 0.0 at a res
 of ``metrics.summary``. Values are bool, int or float, and never NaN.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from asv_env.simulation import Simulation
+from asv_env.tasks.metrics import Block, by_name
 from asv_env.types import Bool, Float, TimeStep
 
 DTYPES = {"b": np.bool_, "i": np.int64, "u": np.int64}  #: by the kind of a metric; else float64
@@ -23,19 +24,31 @@ def reward_terms(simulation: Simulation, step: TimeStep | None = None) -> dict[s
     return {f"reward_{term.name}": zeros for term in simulation.params.definition.reward}
 
 
+def team_blocks(simulation: Simulation, step: TimeStep | None = None) -> list[Block]:
+    """Returns the infos of all worlds by type; reward terms are means over the boats."""
+    terms = reward_terms(simulation, step)
+    means = np.empty((len(terms), simulation.num_worlds))
+    for row, value in zip(means, terms.values(), strict=True):
+        row[...] = team_mean(value)
+    return [(tuple(terms), means), *_metrics(simulation)]
+
+
 def team_infos(simulation: Simulation, step: TimeStep | None = None) -> dict[str, Any]:
     """Returns the infos (W,) of all worlds; reward terms are means over the boats."""
-    terms = reward_terms(simulation, step)
-    return {name: team_mean(value) for name, value in terms.items()} | metrics_of(simulation)
+    return by_name(team_blocks(simulation, step))
 
 
 def metrics_of(simulation: Simulation) -> dict[str, Any]:
     """Returns the metrics (W,) of the episodes so far: bool, int64 or float64."""
-    summary = simulation.summary()
-    for one in simulation.params.definition.metrics:
-        value = summary[one.name]
-        summary[one.name] = value.astype(DTYPES.get(value.dtype.kind, np.float64), copy=False)
-    return summary
+    return by_name(_metrics(simulation))
+
+
+def _metrics(simulation: Simulation) -> list[Block]:
+    """Returns the metrics of the episodes so far: bool, int64 or float64."""
+    return [
+        (names, values.astype(DTYPES.get(values.dtype.kind, np.float64), copy=False))
+        for names, values in simulation.metrics()
+    ]
 
 
 def of_world(infos: Mapping[str, Any], world: int = 0) -> dict[str, Any]:
@@ -43,16 +56,26 @@ def of_world(infos: Mapping[str, Any], world: int = 0) -> dict[str, Any]:
     return {name: value.item(world) for name, value in infos.items()}
 
 
-def masked(infos: Mapping[str, Any], mask: Bool) -> dict[str, Any]:
-    """Returns infos (W,) in the format of Gymnasium's vector environments.
+def masked(blocks: Iterable[Block], mask: Bool | None = None) -> dict[str, Any]:
+    """Returns infos in the format of Gymnasium's vector environments.
 
-    They are zero outside the mask (W,), and ``_key`` is a copy of the mask for every key.
+    They are copies that are zero outside the mask (W,), and ``_key`` is a copy of the mask for
+    every key. Without a mask they are the infos of all worlds, not copied.
     """
-    found, everywhere = {}, mask.all()
-    for name, value in infos.items():
-        found[name] = value if everywhere else np.where(mask, value, value.dtype.type(0))
-        found[f"_{name}"] = mask.copy()
+    found = {}
+    for names, values in blocks:
+        shown = values if mask is None else np.where(mask, values, values.dtype.type(0))
+        masks = np.empty(values.shape, dtype=np.bool_)
+        masks[...] = True if mask is None else mask
+        for name, row, copy in zip(names, shown, masks, strict=True):
+            found[name], found[f"_{name}"] = row, copy
     return found
+
+
+def put_blocks(blocks: Iterable[Block], others: Iterable[Block], mask: Bool) -> None:
+    """Overwrites infos in the worlds of a mask (W,) by others of the same names, in place."""
+    for (_, values), (_, new) in zip(blocks, others, strict=True):
+        np.copyto(values, new, where=mask)
 
 
 def team_mean(values: Float) -> Float:

@@ -10,13 +10,14 @@ from gymnasium.vector.utils import batch_space
 
 from asv_env.checks import Whole, choice, plain
 from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option
-from asv_env.envs.infos import masked, team_infos, team_mean
+from asv_env.envs.infos import masked, put_blocks, team_blocks, team_mean
 from asv_env.envs.limits import limited
 from asv_env.envs.row_attributes import RowAttributes
 from asv_env.numerics import numerics
 from asv_env.presets import Overrides, make_params
 from asv_env.simulation import Simulation
 from asv_env.tasks import Task
+from asv_env.tasks.metrics import Block
 from asv_env.types import Action, Bool, Float, Observation
 
 Infos = dict[str, Any]
@@ -115,7 +116,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         self._over[mask] = False
         self._stage = Stage.RUNNING
         self._show()
-        return self._latest.copy(), masked(team_infos(self.simulation), mask)
+        return self._latest.copy(), masked(team_blocks(self.simulation), mask)
 
     @numerics()
     def step(self, actions: Action) -> tuple[Observation, Float, Bool, Bool, Infos]:
@@ -136,13 +137,12 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         over = terminated | truncated
         same_step = self.autoreset_mode is AutoresetMode.SAME_STEP
         fresh = over if same_step else resetting
-        infos, observation = team_infos(self.simulation, step), step.observation
-        final = self._final(observation, infos, over) if same_step and over.any() else {}
+        blocks, observation = team_blocks(self.simulation, step), step.observation
+        final = self._final(observation, blocks, over) if same_step and over.any() else {}
         if fresh.any():
             observation[fresh] = self.simulation.reset(fresh)
-            begun = team_infos(self.simulation)
-            infos = {name: np.where(fresh, begun[name], value) for name, value in infos.items()}
-        infos = masked(infos, np.ones(self.num_envs, dtype=np.bool_)) | final
+            put_blocks(blocks, team_blocks(self.simulation), fresh)
+        infos = masked(blocks) | final
         self._over = over & (not same_step)
         self._latest = observation.reshape(self._shapes[0])
         self._show()
@@ -204,12 +204,12 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         actions[resetting] = 0.0
         return actions.reshape(self.num_envs, -1, 2)
 
-    def _final(self, observation: Observation, infos: Infos, over: Bool) -> Infos:
+    def _final(self, observation: Observation, blocks: list[Block], over: Bool) -> Infos:
         """Returns the last observations and infos of the worlds whose episodes are over."""
         last = np.full(self.num_envs, None, dtype=object)
         for world in np.flatnonzero(over):
             last[world] = observation[world].reshape(self._shapes[0][1:]).copy()
-        infos = {"final_info": masked(infos, over), "_final_info": over.copy()}
+        infos = {"final_info": masked(blocks, over), "_final_info": over.copy()}
         return {"final_obs": last, "_final_obs": over.copy(), **infos}
 
     def _mask(self, mask: Any) -> Bool:

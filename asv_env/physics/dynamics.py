@@ -57,6 +57,7 @@ class Dynamics:
             tracking=params.action_mode == "tracking",
         )
         self._bound = bound((self.plant, self.basin.bodies, self.basin.wires))
+        self._still = np.zeros(num_worlds, dtype=np.complex128)
         # Factor that turns an impulse into its part of a control step's mean force.
         self._share = float(params.clock.control)
         # Commands on their way to the boats, the next one first.
@@ -108,7 +109,9 @@ class Dynamics:
         return arriving
 
     def water(self) -> Complex:
-        """Returns the velocity (W,) of the water at the vessels, m/s."""
+        """Returns the velocity (W,) of the water at the vessels, m/s, not to be written to."""
+        if self.plant.flow.kind == water.STILL:
+            return self._still
         return water.current(self._water, plane(self.basin.motion[:, 0]))
 
     def begin(self) -> None:

@@ -1,8 +1,8 @@
 """Metrics of episodes, accumulated tick by tick from the true state."""
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -153,6 +153,10 @@ def _report(
         wholes[0, w], wholes[1, w] = tally.closure_lost[w], tally.collisions[w]
 
 
+Block = tuple[tuple[str, ...], np.ndarray]
+"""Names (n,) of metrics of one type, and their values (n, W)."""
+
+
 def summary(
     tally: Tally,
     state: State,
@@ -160,8 +164,8 @@ def summary(
     error: Float,
     ending: Ending,
     params: EnvParams,
-) -> dict[str, Float | Bool]:
-    """Returns the metrics of the episodes, each (W,), as ``info`` has them at the end.
+) -> list[Block]:
+    """Returns the metrics of the episodes, as ``info`` has them at the end.
 
     They are ``is_success``, ``strayed``, errors (m, rad), times (s, infinite where the event has
     not come), the running totals, and the metrics of the task's own.
@@ -172,15 +176,18 @@ def summary(
     wholes = np.empty((len(WHOLES), worlds), dtype=np.int64)
     happened = ending.reached, ending.strayed, state.tick, float(params.clock.control)
     _report(tally, error, *happened, flags, numbers, wholes)
-    found: dict[str, Any] = dict(zip(FLAGS, flags, strict=True))
-    found.update(zip(NUMBERS, numbers, strict=True))
-    found.update(zip(WHOLES, wholes, strict=True))
+    found: list[Block] = [(FLAGS, flags), (NUMBERS, numbers), (WHOLES, wholes)]
     for one in params.definition.metrics:
-        if one.name in found:
+        if any(one.name in names for names, _ in found):
             raise FunctionError(f"{KIND} {one.name!r}: there is one already: choose another name")
         forms, known = {state.tick.shape: REAL}, (state, relations(), params)
         value = values(forms, KIND, one.name, one.value, *known)
         if np.isnan(value).any():
             raise FunctionError(f"{KIND} {one.name!r} is not a number; infinite is allowed")
-        found[one.name] = np.array(value)
+        found.append(((one.name,), np.array(value)[None]))
     return found
+
+
+def by_name(blocks: Iterable[Block]) -> dict[str, np.ndarray]:
+    """Returns the values (W,) by name."""
+    return {name: row for names, rows in blocks for name, row in zip(names, rows, strict=True)}

@@ -1,5 +1,6 @@
 """The judge of a simulation: from the motion of a tick to state, ending, reward and metrics."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from asv_env.tasks import metrics, termination
 from asv_env.tasks.formation import Relations, relate
 from asv_env.tasks.judge import Standings, Team, stand, standings, team
 from asv_env.tasks.laws import at_goal, rules
-from asv_env.tasks.metrics import Tick, count
+from asv_env.tasks.metrics import Block, Tick, count
 from asv_env.tasks.payment import Happened, Payments, Worth, evaluate, pay, prices
 from asv_env.tasks.reward import (
     Terms,
@@ -89,7 +90,7 @@ def judge(
     counts: Counts,
     ends: Ends,
     worth: Worth,
-) -> None:
+) -> int:
     """Judges a tick of the worlds ``first`` to ``last - 1``.
 
     Args:
@@ -104,8 +105,12 @@ def judge(
         counts: receives the counts after the tick.
         ends: receives whether and why episodes end.
         worth: receives what the states are worth.
+
+    Returns:
+        In how many of the worlds the episode ends.
     """
     rules, limits, prices, _, _, _ = book.content
+    ended = 0
     for world in range(first, last):
         distance = stand(world, team, rules, found)
         motion, goal = team.motion[world], team.goal[world]
@@ -115,6 +120,8 @@ def judge(
         counts.delivered[world] = before.delivered[world] + 1 if there else 0
         end(world, motion, counts, limits, ends)
         evaluate(world, distance, goal, motion, team.side[world], prices, worth)
+        ended += ends.terminated[world] or ends.truncated[world]
+    return ended
 
 
 @allocating
@@ -129,7 +136,7 @@ def settle(
     now: Tick,
     pays: bool,
     counts: bool,
-) -> None:
+) -> bool:
     """Pays for a tick of the worlds ``first`` to ``last - 1``, and adds it to the metrics.
 
     Args:
@@ -143,13 +150,20 @@ def settle(
         now: what is counted.
         pays: whether anything is paid.
         counts: whether the tick is added to the metrics.
+
+    Returns:
+        Whether all rewards are finite.
     """
     _, _, prices, weight, full, tally = book.content
+    finite = True
     for world in range(first, last):
         if pays:
             pay(world, potential, worth, happened, prices, weight, paid)
         if counts:
             count(world, now, happened, worth.error, paid.reward, full, tally)
+        for boat in range(paid.reward.shape[1]):
+            finite = finite and math.isfinite(paid.reward[world, boat])
+    return finite
 
 
 class Referee:
@@ -167,6 +181,7 @@ class Referee:
         self._own = bool(self._terms.others) or not self._ends
         #: (W,) where all boats rest on the hull without closure, after the last tick
         self.misassigned = np.zeros(num_worlds, dtype=np.bool_)
+        self.ended = False  #: whether any episode ended at the last tick
         self._worth = blank_worth(num_worlds)
         self._others: Float = np.zeros((num_worlds, 0))  # (W, n) potentials that are not built in
 
@@ -220,10 +235,12 @@ class Referee:
         happened = Happened(ends.reached, ends.strayed, counts.tick, state.thrust, state.touching)
         settled = self._worth.potential, worth, happened, paid, ticked
 
+        ended, finite = [], []
+
         def run(first: int, last: int, thread: int) -> None:
-            judge(first, last, self._book, *judged)
+            ended.append(judge(first, last, self._book, *judged))
             if not self._own:
-                settle(first, last, self._book, *settled, True, True)
+                finite.append(settle(first, last, self._book, *settled, True, True))
 
         spread(run, worlds, self._num_threads)
         frozen(state)
@@ -234,7 +251,9 @@ class Referee:
             ending, terms, others = self._settle_own(before, state, ending, water, *settled)
         else:
             terms = self._terms.named(paid)
-            checked_total(terms, paid.reward)
+            if not all(finite):
+                checked_total(terms, paid.reward)
+        self.ended = any(ended) or not self._ends
         self._worth, self._others, self.misassigned = worth, others, found.misassigned
         return state, ending, terms, paid.reward
 
@@ -256,7 +275,7 @@ class Referee:
             The ending, the terms, and the potentials (W, n) that are not built in.
         """
         if not self._ends:
-            ending = frozen(termination.ending(state, ending, water, self._params))
+            ending = frozen(termination.ending(state, ending, water.copy(), self._params))
             happened.reached[...], happened.strayed[...] = ending.reached, ending.strayed
         settle(
             0, len(state.tick), self._book, potential, worth, happened, paid, ticked, True, False
@@ -288,8 +307,8 @@ class Referee:
             self._others = np.zeros((len(state.tick), others.shape[1]))
         self._others[index] = others
 
-    def summary(self, state: State, ending: Ending) -> dict[str, Any]:
-        """Returns the metrics of the episodes so far, each (W,); see ``metrics.summary``."""
+    def summary(self, state: State, ending: Ending) -> list[Block]:
+        """Returns the metrics of the episodes so far; see ``metrics.summary``."""
 
         def relations() -> Relations:
             return frozen(relate(state.motion, state.goal, state.slot, state.side))

@@ -18,6 +18,8 @@ from asv_env.threads import spread
 from asv_env.types import Bool, Float, Situation, copied, frozen, given
 
 Record = TypeVar("Record", bound=Situation)
+NOWHERE = np.empty(0, dtype=np.int64)  #: numbers of no worlds
+NOWHERE.setflags(write=False)
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ def changed(
     Slots are also assigned again where all boats rest on the hull and are not in closure, in the
     worlds ``misassigned`` (W,). The motion is (W, B, 6).
     """
+    if events is None and not misassigned.any():
+        return record, NOWHERE
     concerned, slot = np.zeros_like(misassigned), record.slot
     working = record.working if events is None else events.working
     if events is not None:
