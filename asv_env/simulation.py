@@ -41,7 +41,7 @@ from asv_env.types import (
 MOST_WORLDS = 1_000_000  #: largest number of worlds
 REMEMBERED = (
     *("_state", "_ending", "_rngs", "_failure_tick", "_steps_over"),
-    *("_relative_goal", "_roles_may_change", "_some_over"),
+    *("_relative_goal", "_roles_may_change", "some_over"),
 )  #: names of what a simulation itself remembers from step to step
 
 
@@ -83,7 +83,8 @@ class Simulation:
         self._rngs: dict[int, np.random.Generator] = {}
         self._failure_tick = np.full((self.num_worlds, params.num_boats), metrics.NEVER)
         self._steps_over = np.full(self.num_worlds, 2)
-        self._some_over = True  # whether one of them is not 0
+        #: whether any world has to be reset, or was not yet
+        self.some_over = True
         self._roles_may_change = False
         self._make_records()
 
@@ -170,7 +171,7 @@ class Simulation:
         self._ending = frozen(self._ending.within(others))
         self._referee.begin(index, self._state)
         self._steps_over[index] = 0
-        self._some_over = bool(self._steps_over.any())
+        self.some_over = bool(self._steps_over.any())
         fails = (self._failure_tick != metrics.NEVER).any()
         self._roles_may_change = bool(fails or not state.anchored.all())
         self._knowledge.reset(index, self._state, self._rngs)
@@ -222,14 +223,14 @@ class Simulation:
         judged = self._referee.tick(before, moved, water)
         self._state, self._ending, terms, rewards = judged
         ending = self._ending
-        if self._referee.ended or self._some_over:
+        if self._referee.ended or self.some_over:
             self._steps_over += ending.terminated | ending.truncated | (self._steps_over > 0)
-            self._some_over = True
+            self.some_over = True
         self._change_roles()
         return TimeStep(self._observe(), rewards, ending, terms)
 
     def _check_running(self) -> None:
-        if self._some_over and (self._steps_over > 1).any():
+        if self.some_over and (self._steps_over > 1).any():
             world = int(np.argmax(self._steps_over))
             raise RuntimeError(
                 f"step: world {world} has not been reset since its episode ended or the "
@@ -262,8 +263,10 @@ class Simulation:
                 goal[world] = standing.anchored(self._relative_goal[world], estimate[world, 0])
             roles = fails.any(axis=1), state.working & ~fails
             events = Events(*roles, known.anchored | anchors, goal, anchors)
-        now = state, state.motion, self._referee.misassigned
-        self._state, index = standing.changed(*now, events, self.params)
+        index = standing.NOWHERE
+        if events is not None or self._referee.some_misassigned:
+            now = state, state.motion, self._referee.misassigned
+            self._state, index = standing.changed(*now, events, self.params)
         if len(index):
             anchored = index[:0] if events is None else np.flatnonzero(events.moved)
             self._referee.change(index, anchored, self._state)

@@ -5,6 +5,7 @@ of ``metrics.summary``. Values are bool, int or float, and never NaN.
 """
 
 from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,18 +20,25 @@ DTYPES = {"b": np.bool_, "i": np.int64, "u": np.int64}  #: by the kind of a metr
 def reward_terms(simulation: Simulation, step: TimeStep | None = None) -> dict[str, Float]:
     """Returns the reward terms of a step by key, (W, 1) shared or (W, A); zeros without a step."""
     if step is not None:
-        return {f"reward_{name}": value for name, value in step.terms.items()}
+        return dict(zip(_keys(tuple(step.terms)), step.terms.values(), strict=True))
     zeros = np.zeros((simulation.num_worlds, 1))
     return {f"reward_{term.name}": zeros for term in simulation.params.definition.reward}
 
 
 def team_blocks(simulation: Simulation, step: TimeStep | None = None) -> list[Block]:
     """Returns the infos of all worlds by type; reward terms are means over the boats."""
-    terms = reward_terms(simulation, step)
-    means = np.empty((len(terms), simulation.num_worlds))
-    for row, value in zip(means, terms.values(), strict=True):
+    terms = {} if step is None else step.terms
+    names = _keys(tuple(terms) or tuple(t.name for t in simulation.params.definition.reward))
+    means = np.zeros((len(names), simulation.num_worlds))
+    for row, value in zip(means, terms.values(), strict=False):
         row[...] = team_mean(value)
-    return [(tuple(terms), means), *_metrics(simulation)]
+    return [(names, means), *_metrics(simulation)]
+
+
+@cache
+def _keys(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Returns the keys of terms with these names."""
+    return tuple(f"reward_{name}" for name in names)
 
 
 def team_infos(simulation: Simulation, step: TimeStep | None = None) -> dict[str, Any]:
@@ -64,12 +72,19 @@ def masked(blocks: Iterable[Block], mask: Bool | None = None) -> dict[str, Any]:
     """
     found = {}
     for names, values in blocks:
+        mask_names = _masks(names)
         shown = values if mask is None else np.where(mask, values, values.dtype.type(0))
         masks = np.empty(values.shape, dtype=np.bool_)
         masks[...] = True if mask is None else mask
-        for name, row, copy in zip(names, shown, masks, strict=True):
-            found[name], found[f"_{name}"] = row, copy
+        for name, mask_name, row, copy in zip(names, mask_names, shown, masks, strict=True):
+            found[name], found[mask_name] = row, copy
     return found
+
+
+@cache
+def _masks(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Returns the keys of the masks of infos with these names."""
+    return tuple(f"_{name}" for name in names)
 
 
 def put_blocks(blocks: Iterable[Block], others: Iterable[Block], mask: Bool) -> None:

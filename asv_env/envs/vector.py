@@ -84,6 +84,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         self._shapes = tuple((num_envs, *(space.shape or ())) for space in spaces)
         self._attributes = RowAttributes(self, num_envs)
         self._over = np.zeros(num_envs, dtype=np.bool_)
+        self._some_over = False  # whether one of them is
         self._latest = np.zeros(self._shapes[0], dtype=np.float32)
 
     @numerics()
@@ -114,6 +115,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         if isinstance(seed, Integral):
             super().reset(seed=int(seed))
         self._over[mask] = False
+        self._some_over = bool(self._over.any())
         self._stage = Stage.RUNNING
         self._show()
         return self._latest.copy(), masked(team_blocks(self.simulation), mask)
@@ -129,21 +131,26 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             ValueError: as ``JointEnv.step``, with autoreset not after the end of an episode.
         """
         self._require("step", Stage.RUNNING)
-        resetting = self._over
-        step = self.simulation.step(self._checked(actions, resetting))
-        ending = step.ending
-        terminated, truncated = ending.terminated & ~resetting, ending.truncated & ~resetting
-        reward = np.where(resetting, 0.0, team_mean(step.reward))
-        over = terminated | truncated
-        same_step = self.autoreset_mode is AutoresetMode.SAME_STEP
-        fresh = over if same_step else resetting
+        waiting = self._some_over  # for a reset by this step
+        step = self.simulation.step(self._checked(actions))
+        ending, reward = step.ending, team_mean(step.reward)
+        terminated, truncated = ending.terminated.copy(), ending.truncated.copy()
+        if waiting:
+            reward = np.where(self._over, 0.0, reward)
+            terminated &= ~self._over
+            truncated &= ~self._over
         blocks, observation = team_blocks(self.simulation, step), step.observation
-        final = self._final(observation, blocks, over) if same_step and over.any() else {}
-        if fresh.any():
+        # Where none is over and none was, there is nothing to begin.
+        over, same_step = terminated | truncated, self.autoreset_mode is AutoresetMode.SAME_STEP
+        some_over = self.simulation.some_over and bool(over.any())
+        fresh = over if same_step else self._over
+        final = self._final(observation, blocks, over) if same_step and some_over else {}
+        if some_over if same_step else waiting:
             observation[fresh] = self.simulation.reset(fresh)
             put_blocks(blocks, team_blocks(self.simulation), fresh)
         infos = masked(blocks) | final
-        self._over = over & (not same_step)
+        self._over = np.zeros_like(over) if same_step else over
+        self._some_over = some_over and not same_step
         self._latest = observation.reshape(self._shapes[0])
         self._show()
         return self._latest.copy(), reward, terminated, truncated, infos
@@ -190,10 +197,10 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         """Closes the window, if there is one; the environment cannot be used any more."""
         Adapter.close(self)
 
-    def _checked(self, actions: Action, resetting: Bool) -> Action:
+    def _checked(self, actions: Action) -> Action:
         """Returns actions (W, A, 2) that are 0 in the worlds whose next episode begins."""
-        if resetting.any() and self.autoreset_mode is AutoresetMode.DISABLED:
-            worlds = np.flatnonzero(resetting).tolist()
+        if self._some_over and self.autoreset_mode is AutoresetMode.DISABLED:
+            worlds = np.flatnonzero(self._over).tolist()
             raise ResetNeededError(
                 f"step: the episodes of worlds {worlds} are over; call reset with "
                 "options={'reset_mask': ...} first"
@@ -201,7 +208,8 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         actions = np.array(actions)
         if actions.shape != self._shapes[1]:
             raise ValueError(f"actions of shape {actions.shape}: must be {self._shapes[1]}")
-        actions[resetting] = 0.0
+        if self._some_over:
+            actions[self._over] = 0.0
         return actions.reshape(self.num_envs, -1, 2)
 
     def _final(self, observation: Observation, blocks: list[Block], over: Bool) -> Infos:

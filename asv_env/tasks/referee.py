@@ -1,6 +1,7 @@
 """The judge of a simulation: from the motion of a tick to state, ending, reward and metrics."""
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,10 +10,10 @@ from asv_env.compiled import Bound, allocating, bound, compiled
 from asv_env.params import EnvParams
 from asv_env.tasks import metrics, termination
 from asv_env.tasks.formation import Relations, relate
-from asv_env.tasks.judge import Standings, Team, stand, standings, team
-from asv_env.tasks.laws import at_goal, rules
+from asv_env.tasks.judge import Standings, Team, stand
+from asv_env.tasks.laws import Rules, at_goal, rules
 from asv_env.tasks.metrics import Block, Tick, count
-from asv_env.tasks.payment import Happened, Payments, Worth, evaluate, pay, prices
+from asv_env.tasks.payment import Happened, Payments, Prices, Worth, evaluate, pay, prices
 from asv_env.tasks.reward import (
     Terms,
     Transition,
@@ -77,93 +78,130 @@ def end(world: int, motion: Float, counts: Counts, limits: Limits, ends: Ends) -
     ends.truncated[world] = ends.timed_out[world] and not ends.terminated[world]
 
 
-@allocating
+class Before(NamedTuple):
+    """The true states before a tick, read-only; fields of ``State``."""
+
+    motion: Float
+    goal: Float
+    slot: Complex
+    side: Float
+    working: Bool
+    closed: Bool
+    anchored: Bool
+    touching: Bool
+    tick: Int
+    occupied_ticks: Int
+    delivered_ticks: Int
+
+
+class Page(NamedTuple):
+    """Memory for what is decided in a tick."""
+
+    occupied: Bool  #: (W, A) as ``Standings``
+    flags: Bool  #: (8, W) the other fields of ``Standings``, then those of ``Ends``
+    counts: Int  #: (3, W) fields of ``Counts``
+    worth: Worth
+    paid: Payments
+
+
+def blank_page(worlds: int, boats: int) -> Page:
+    """Returns memory for so many worlds and boats."""
+    flags = len(Standings._fields) - 1 + len(Ends._fields)
+    return Page(
+        np.empty((worlds, boats), np.bool_),
+        np.empty((flags, worlds), np.bool_),
+        np.empty((len(Counts._fields), worlds), np.int64),
+        blank_worth(worlds),
+        blank_payments(worlds, boats),
+    )
+
+
+@compiled
 def judge(
-    first: int,
-    last: int,
-    book: Bound,
+    world: int,
     team: Team,
-    anchored: Bool,
-    before: Counts,
+    before: Before,
     water: Complex,
+    rules: Rules,
+    limits: Limits,
+    prices: Prices,
     found: Standings,
     counts: Counts,
     ends: Ends,
     worth: Worth,
-) -> int:
-    """Judges a tick of the worlds ``first`` to ``last - 1``.
-
-    Args:
-        first: first world.
-        last: world after the last one.
-        book: rules, limits and prices, and what ``settle`` takes.
-        team: the true motion and situation.
-        anchored: (W,) whether goals are final.
-        before: counts before the tick.
-        water: (W,) velocity of the water at the vessels, m/s.
-        found: receives how the teams stand.
-        counts: receives the counts after the tick.
-        ends: receives whether and why episodes end.
-        worth: receives what the states are worth.
-
-    Returns:
-        In how many of the worlds the episode ends.
-    """
-    rules, limits, prices, _, _, _ = book.content
-    ended = 0
-    for world in range(first, last):
-        distance = stand(world, team, rules, found)
-        motion, goal = team.motion[world], team.goal[world]
-        there = anchored[world] and at_goal(motion, goal, water[world], rules)
-        counts.tick[world] = before.tick[world] + 1
-        counts.occupied[world] = before.occupied[world] + 1 if found.formed[world] else 0
-        counts.delivered[world] = before.delivered[world] + 1 if there else 0
-        end(world, motion, counts, limits, ends)
-        evaluate(world, distance, goal, motion, team.side[world], prices, worth)
-        ended += ends.terminated[world] or ends.truncated[world]
-    return ended
+) -> None:
+    """Judges a tick of a world; see ``officiate``."""
+    distance = stand(world, team, rules, found)
+    motion, goal = team.motion[world], team.goal[world]
+    there = before.anchored[world] and at_goal(motion, goal, water[world], rules)
+    counts.tick[world] = before.tick[world] + 1
+    counts.occupied[world] = before.occupied_ticks[world] + 1 if found.formed[world] else 0
+    counts.delivered[world] = before.delivered_ticks[world] + 1 if there else 0
+    end(world, motion, counts, limits, ends)
+    evaluate(world, distance, goal, motion, team.side[world], prices, worth)
 
 
 @allocating
-def settle(
+def officiate(
     first: int,
     last: int,
     book: Bound,
+    before: Before,
+    motion: Float,
+    thrust: Float,
+    touching: Bool,
+    water: Complex,
     potential: Float,
-    worth: Worth,
-    happened: Happened,
-    paid: Payments,
-    now: Tick,
+    page: Page,
+    judges: bool,
     pays: bool,
     counts: bool,
-) -> bool:
-    """Pays for a tick of the worlds ``first`` to ``last - 1``, and adds it to the metrics.
+) -> tuple[int, int, bool]:
+    """Judges a tick of the worlds ``first`` to ``last - 1``, pays for it, and counts it.
 
     Args:
         first: first world.
         last: world after the last one.
         book: rules, limits, prices, weights of the terms, full thrust, and the tally.
-        potential: (W, P) before the tick.
-        worth: what the states after it are worth.
-        happened: what is paid for and counted.
-        paid: receives the weighted terms and their sums.
-        now: what is counted.
-        pays: whether anything is paid.
-        counts: whether the tick is added to the metrics.
+        before: the states before it.
+        motion: (W, B, 6) after it.
+        thrust: (W, A, 2) after it.
+        touching: (W, A, 2) after it.
+        water: (W,) velocity of the water at the vessels, m/s.
+        potential: (W, P) before it.
+        page: receives what is decided.
+        judges: whether it is judged.
+        pays: whether it is paid for.
+        counts: whether it is added to the metrics.
 
     Returns:
-        Whether all rewards are finite.
+        In how many of the worlds the episode ends, in how many the team is misassigned, and
+        whether all rewards are finite.
     """
-    _, _, prices, weight, full, tally = book.content
-    finite = True
+    rules, limits, prices, weight, full, tally = book.content
+    flags, numbers = page.flags, page.counts
+    team = Team(motion, before.goal, before.slot, before.side, before.working, before.closed)
+    found = Standings(page.occupied, flags[0], flags[1], flags[2])
+    ends = Ends(flags[3], flags[4], flags[5], flags[6], flags[7])
+    count_of = Counts(numbers[0], numbers[1], numbers[2])
+    happened = Happened(ends.reached, ends.strayed, count_of.tick, thrust, touching)
+    motions = before.motion, motion
+    now = Tick(*motions, before.touching, before.closed, found.closed, found.occupied)
+    worth, paid = page.worth, page.paid
+    ended, misassigned, finite = 0, 0, True
     for world in range(first, last):
+        if judges:
+            given = team, before, water, rules, limits, prices
+            judge(world, *given, found, count_of, ends, worth)
         if pays:
             pay(world, potential, worth, happened, prices, weight, paid)
         if counts:
             count(world, now, happened, worth.error, paid.reward, full, tally)
+        ended += ends.terminated[world] or ends.truncated[world]
+        misassigned += found.misassigned[world]
         for boat in range(paid.reward.shape[1]):
             finite = finite and math.isfinite(paid.reward[world, boat])
-    return finite
+    return ended, misassigned, finite
 
 
 class Referee:
@@ -182,12 +220,14 @@ class Referee:
         #: (W,) where all boats rest on the hull without closure, after the last tick
         self.misassigned = np.zeros(num_worlds, dtype=np.bool_)
         self.ended = False  #: whether any episode ended at the last tick
+        self.some_misassigned = False  #: whether ``misassigned`` holds anywhere
         self._worth = blank_worth(num_worlds)
         self._others: Float = np.zeros((num_worlds, 0))  # (W, n) potentials that are not built in
 
     def begin(self, index: np.ndarray, state: State) -> None:
         """Begins episodes in the worlds ``index`` (n,) of a true state."""
         self.misassigned[index] = False
+        self.some_misassigned = bool(self.misassigned.any())
         self._renew(index, state)
         error = self._worth.error[index]
         metrics.restart(self._tally, index, state.closed[index], error)
@@ -210,52 +250,45 @@ class Referee:
             FunctionError: a function of the task fails, or a term is not finite.
         """
         worlds, boats = before.slot.shape
-        teams = team(before, moved["motion"])
-        found, worth = standings(teams), blank_worth(worlds)
-        counts = Counts(*(np.empty(worlds, np.int64) for _ in range(3)))
-        ends = Ends(*(np.empty(worlds, np.bool_) for _ in range(5)))
-        paid = blank_payments(worlds, boats)
-        # What users' functions get is read-only, and what compiled code gets stays as it is.
-        shown = _views if self._own else _same
-        own_found, own_counts, own_ends = shown(found), shown(counts), shown(ends)
+        page = blank_page(worlds, boats)
+        closed, _, misassigned, *ends = page.flags
+        tick, occupied_ticks, delivered_ticks = page.counts
         values = {
             **vars(before),
             **moved,
-            "occupied": own_found.occupied,
-            "closed": own_found.closed,
-            "tick": own_counts.tick,
-            "occupied_ticks": own_counts.occupied,
-            "delivered_ticks": own_counts.delivered,
+            # What users' functions get is read-only, and what compiled code gets stays as it is.
+            "occupied": page.occupied.view(),
+            "closed": closed,
+            "tick": tick,
+            "occupied_ticks": occupied_ticks,
+            "delivered_ticks": delivered_ticks,
         }
-        state, ending = made(State, values), made(Ending, own_ends._asdict())
-        motions = before.motion, state.motion
-        ticked = Tick(*motions, before.touching, before.closed, found.closed, found.occupied)
-        were = Counts(before.tick, before.occupied_ticks, before.delivered_ticks)
-        judged = teams, before.anchored, were, water, found, counts, ends, worth
-        happened = Happened(ends.reached, ends.strayed, counts.tick, state.thrust, state.touching)
-        settled = self._worth.potential, worth, happened, paid, ticked
-
-        ended, finite = [], []
+        state = frozen(made(State, values))
+        ending = frozen(made(Ending, dict(zip(Ends._fields, ends, strict=True))))
+        were = Before(*[getattr(before, name) for name in Before._fields])
+        after = state.motion, state.thrust, state.touching, water
+        ticked = self._book, were, *after, self._worth.potential, page
+        done = []
 
         def run(first: int, last: int, thread: int) -> None:
-            ended.append(judge(first, last, self._book, *judged))
-            if not self._own:
-                finite.append(settle(first, last, self._book, *settled, True, True))
+            done.append(officiate(first, last, *ticked, True, not self._own, not self._own))
 
         spread(run, worlds, self._num_threads)
-        frozen(state)
-        frozen(ending)
         terms: dict[str, Float] = {}
         others: Float = self._others
         if self._own:
-            ending, terms, others = self._settle_own(before, state, ending, water, *settled)
+            known = before, state, ending, water, page
+            ending, terms, others = self._settle_own(
+                *known, lambda *flags: officiate(0, worlds, *ticked, *flags)
+            )
         else:
-            terms = self._terms.named(paid)
-            if not all(finite):
-                checked_total(terms, paid.reward)
-        self.ended = any(ended) or not self._ends
-        self._worth, self._others, self.misassigned = worth, others, found.misassigned
-        return state, ending, terms, paid.reward
+            terms = self._terms.named(page.paid)
+            if not all(finite for _, _, finite in done):
+                checked_total(terms, page.paid.reward)
+        self.ended = not self._ends or any(ended for ended, _, _ in done)
+        self.some_misassigned = any(some for _, some, _ in done)
+        self._worth, self._others, self.misassigned = page.worth, others, misassigned
+        return state, ending, terms, page.paid.reward
 
     def _settle_own(
         self,
@@ -263,30 +296,25 @@ class Referee:
         state: State,
         ending: Ending,
         water: Complex,
-        potential: Float,
-        worth: Worth,
-        happened: Happened,
-        paid: Payments,
-        ticked: Tick,
+        page: Page,
+        again: Callable[[bool, bool, bool], object],
     ) -> tuple[Ending, dict[str, Float], Float]:
         """Pays for a tick of a task that has functions of a user's; see ``tick``.
+
+        ``again`` calls ``officiate`` for all worlds, given whether it judges, pays and counts.
 
         Returns:
             The ending, the terms, and the potentials (W, n) that are not built in.
         """
         if not self._ends:
             ending = frozen(termination.ending(state, ending, water.copy(), self._params))
-            happened.reached[...], happened.strayed[...] = ending.reached, ending.strayed
-        settle(
-            0, len(state.tick), self._book, potential, worth, happened, paid, ticked, True, False
-        )
-        terms, others = self._terms.named(paid), self._terms.potentials(state)
+            page.flags[3:] = list(vars(ending).values())
+        again(False, True, False)
+        terms, others = self._terms.named(page.paid), self._terms.potentials(state)
         now = Transition(before, state, ending, self._params)
-        self._terms.add_others(now, self._others, others, terms, paid.reward)
-        checked_total(terms, paid.reward)
-        settle(
-            0, len(state.tick), self._book, potential, worth, happened, paid, ticked, False, True
-        )
+        self._terms.add_others(now, self._others, others, terms, page.paid.reward)
+        checked_total(terms, page.paid.reward)
+        again(False, False, True)
         return ending, terms, others
 
     def change(self, index: np.ndarray, anchored: np.ndarray, state: State) -> None:
@@ -324,13 +352,6 @@ class Referee:
         """Continues as the referee did whose ``snapshot`` this is."""
         worth, self._others, totals, self.misassigned = memory
         self._worth = Worth(*worth)
+        self.some_misassigned = bool(self.misassigned.any())
         for total, remembered in zip(self._tally, totals, strict=True):
             total[...] = remembered
-
-
-def _same(arrays: Any) -> Any:
-    return arrays
-
-
-def _views(arrays: Any) -> Any:
-    return type(arrays)(*(array.view() for array in arrays))
