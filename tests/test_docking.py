@@ -53,6 +53,15 @@ def test_team_gathers_again_when_boats_jam_at_the_hull(working, expected):
     assert descends(jammed, descending=True, working=working, seconds=late) == expected
 
 
+@pytest.mark.parametrize(("descending", "patience"), [(False, 10), (True, 30)])
+def test_team_is_late_when_its_patience_ends(descending, patience):
+    memory, hz = GraspMemory.empty(1, 4), PARAMS.clock.control
+    memory.descending[:], memory.due[:] = descending, 50
+    docking = Docking(PARAMS, GAINS)
+    for tick, late in [(50 + patience * hz, False), (51 + patience * hz, True)]:
+        assert docking.late(SimpleNamespace(tick=np.array([tick])), memory) == late
+
+
 def test_boats_avoid_those_within_reach_to_starboard():
     boat = np.array([[0.0, 0.05, 1.0j]])
     velocity = avoidance_velocity(boat, reach=0.2, speed=0.08)[0]

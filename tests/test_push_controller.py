@@ -11,7 +11,14 @@ from asv_env.geometry import wrap
 from asv_env.tasks.formation import slots
 from asv_env.types import rows
 from baselines.rollout.loop import rollout
-from baselines.scripted import PathGains, PathPlanner, PushGains, ScriptedPolicy, Tolerances
+from baselines.scripted import (
+    GraspGains,
+    PathGains,
+    PathPlanner,
+    PushGains,
+    ScriptedPolicy,
+    Tolerances,
+)
 from baselines.scripted.observer import VesselObserver
 from baselines.scripted.push_controller import PushController
 
@@ -122,6 +129,24 @@ def test_a_boat_that_failed_is_left_out(num_boats):
         decisions.append(action[0, 1:])
     np.testing.assert_allclose(decisions[1], decisions[0], atol=1e-6)
     np.testing.assert_allclose(decisions[2], decisions[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("failed", [False, True])
+def test_a_team_pushes_without_closure_where_a_failed_boat_prevents_it(failed):
+    """All are at their slots, but the estimate says that closure has never been formed."""
+    params = make_params("push", 6)
+    sensed, hz = known_at_start(params, [0]), params.clock.control
+    sensed.closed[:] = False
+    if failed:
+        sensed.working[0, 2] = False
+    policy, pushes = ScriptedPolicy(params), []
+    _, memory = decide(policy, sensed)
+    memory.grasp.descending[:] = True
+    for more in (-1, 1):
+        patience = GraspGains().descent_patience + more
+        memory.grasp.due[:] = sensed.tick - patience * hz
+        pushes.append(bool(decide(policy, sensed, memory)[1].pushing[0]))
+    assert pushes == [False, failed]
 
 
 # ---------------------------------------------------------------------- on the water

@@ -57,14 +57,18 @@ class Docking:
         near = (np.abs(offset.real) < self._tolerance) & (offset.imag < gains.retry_height)
         ready = near & (relations.alignment.real > ALIGNED) | ~working
         missing = memory.descending[:, None] & memory.astern & (offset.imag < 0.0) & working
-        late = sensed.tick - memory.due > self._hz * np.where(
-            memory.descending, gains.descent_patience, gains.patience
-        )
+        late = self.late(sensed, memory)
         failed = (missing.mean(axis=1) > MISSING) | (memory.descending & late)
         gather = working.all(axis=1) & failed
         descend = ~memory.descending & (ready.all(axis=1) | late)
         memory.due = np.where(gather | descend, sensed.tick, memory.due)
         memory.descending = (memory.descending & ~gather) | descend
+
+    def late(self, sensed: Sensed, memory: GraspMemory) -> Bool:
+        """Returns which teams (W,) have been in their state for too long."""
+        descent, gathering = self._gains.descent_patience, self._gains.patience
+        patience = np.where(memory.descending, descent, gathering)
+        return np.asarray(sensed.tick - memory.due > patience * self._hz)
 
     def update_boats(
         self, relations: Relations, gap: Complex, slot: Complex, memory: GraspMemory

@@ -93,6 +93,10 @@ class GraspController:
         error = np.angle(aim * bow.conj())
         return np.stack([speed, self._helm.turn(error)], axis=-1)
 
+    def blocked(self, sensed: Sensed, memory: GraspMemory) -> Bool:
+        """Returns in which worlds (W,) a failed boat keeps the others from their slots."""
+        return self._docking.late(sensed, memory) & memory.descending & ~sensed.working.all(axis=1)
+
     def _begin(
         self, boat: Complex, waypoint: Complex, sensed: Sensed, memory: GraspMemory, new: Bool
     ) -> None:

@@ -99,9 +99,11 @@ class ScriptedPolicy:
         motion = predicted(motion, self._latency)
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
-        # A world PUSHes from closure on, until a boat is far from its slot.
+        # A world PUSHes from closure on, or where a failed boat prevents it, until a boat is far
+        # from its slot.
         near = (relations.slot_error < self._lost) | ~sensed.working
-        pushes_on = memory.pushing & ~fresh & near.all(axis=1)
+        blocked = self._grasp.blocked(sensed, memory.grasp)
+        pushes_on = (memory.pushing | blocked) & ~fresh & near.all(axis=1)
         pushing = (sensed.closed | pushes_on) & self._has_goal
         begins = fresh | (pushing != memory.pushing)
         memory.pushing = pushing
