@@ -42,6 +42,9 @@ def run(monkeypatch, capsys):
         ("memory", ["--steps", 0], "steps = 0"),
         ("coefficients", ["--page", FOLDER / "turns.py"], "needs a line '<!-- coefficients -->'"),
         ("convergence", ["--page", FOLDER / "turns.py"], "needs a line '<!-- convergence -->'"),
+        ("development", ["--seed", 0], "seed 0 is not for development"),
+        ("development", ["--conditions", "contrl"], "condition 'contrl': robust-v2 has control"),
+        ("development", ["--suite", "robst-v2"], "Did you mean 'robust-v2'"),
         ("training", ["--updates", 0], "updates = 0"),
         ("training", ["--torch-threads", 0], "torch_threads = 0"),
         ("training", ["--task", "puhs"], "Did you mean 'push'"),
@@ -50,6 +53,17 @@ def run(monkeypatch, capsys):
 )
 def test_options_that_make_no_sense_are_refused(name, words, message, run):
     assert message in run(name, *words)
+
+
+def test_conditions_of_a_suite_are_run_on_seeds_for_development(run, monkeypatch):
+    asked = []
+    monkeypatch.setattr("baselines.evaluate.compare", lambda *given, **_: asked.append(given))
+    assert run("development", "--conditions", "noise", "harsh", "--episodes", 3) == ""
+    policies, suite, episodes = asked[0]
+    assert list(policies) == ["scripted"]
+    assert [one.name for one in suite.conditions] == ["noise", "harsh"]
+    assert {one.params.task.delivery for one in suite.conditions} == {"passing"}
+    assert suite.first(episodes).seeds == range(10**8, 10**8 + 3)
 
 
 def test_samples_and_table_are_saved_or_the_file_is_named(run, tmp_path):

@@ -1,8 +1,9 @@
 """Everything by which the scripted controller can be tuned, in SI units.
 
-Gains that follow from a time constant, a size or a speed say so. The others, ``FOUND``, were
-searched on development seeds by ``baselines.scripted.tune``, which writes the file from which they
-are read. Lengths, speeds and times are those of a boat of 12 cm and a vessel of 0.40 m.
+Gains that follow from a time constant, a size or a speed say so. The others, ``FOUND``, are those
+that ``baselines.scripted.tune`` searches on development seeds: it begins with the values in the
+file from which they are read, and writes its result there. Lengths, speeds and times are those of a
+boat of 12 cm and a vessel of 0.40 m.
 """
 
 import json
@@ -11,7 +12,7 @@ from pathlib import Path
 
 FILE = Path(__file__).with_name("tuned.json")
 FOUND: dict[str, float] = json.loads(FILE.read_text(encoding="utf-8"))["gains"]
-"""Gains by name that were searched."""
+"""Gains by name that are searched."""
 
 
 @dataclass(frozen=True)
