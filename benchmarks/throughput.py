@@ -147,7 +147,7 @@ def started(options: Options) -> Iterator[list[Timed]]:
         found = []
         for row in tqdm(rows(options), "starting", leave=False):
             worlds, threads, situation = row
-            words = FOLDER / "asv_process.py", situation, worlds, threads
+            words = FOLDER / "asv_process.py", situation, worlds, threads, options.clock
             found.append(start(row, "ours", sys.executable, *words))
             if options.against is not None and threads == 1:
                 path = str(options.against.resolve())
@@ -169,8 +169,7 @@ def throughput(options: Options) -> pd.DataFrame:
             bare = math.nan
             if subject.subject == "ours" and subject.row[1] == 1:
                 timed = subject.measure(options.seconds, "bare")
-                # The native clock runs on while the machine is busy with something else.
-                bare = timed["bare"] / timed["steps"] * timed[options.clock] / timed["wall"]
+                bare = timed["bare"] / timed["steps"]
             found.append(sample | {"bare": bare})
     return pd.DataFrame(found)
 

@@ -147,14 +147,10 @@ class Basin:
         for body in chain.from_iterable(self._bodies):
             body.position_func = memory.stay
 
-    def place(self, world: int, hulls: Float) -> None:
-        """Gives the bodies of one world a motion, as if the world had just been built.
+    def clear(self, world: int, root: float) -> None:
+        """Forgets what the bodies of a world did, which then begin as if it had just been built.
 
-        Args:
-            world: number of the world.
-            hulls: (B, 9) motion in the world's frame, mass and inertia as contacts see them, kg and
-                kg m^2, and the square root of the Coulomb coefficient of every contact, because
-                Chipmunk multiplies the coefficients of the two shapes.
+        ``root`` is the square root of the Coulomb coefficient of every contact.
         """
         if self.moved:
             for body in self._bodies[world]:
@@ -163,8 +159,7 @@ class Basin:
             for body in self._bodies[world]:
                 memory.forget_contacts(body)
         for wall in self._walls[world]:
-            wall.friction = hulls[0, -1].item()
-        kernel.place(self.wires, self.bodies, world, hulls)
+            wall.friction = root
 
 
 def _add_hull(space: pymunk.Space, hull: HullParams) -> pymunk.Body:

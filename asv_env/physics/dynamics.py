@@ -66,22 +66,18 @@ class Dynamics:
 
     def place(self, world: int, initial: InitialState) -> None:
         """Places one world in its initial state, motors off, autopilots at the boats' motion."""
-        plant, gain = self.plant, initial.mass_gain
+        gain = initial.mass_gain
+        root = math.sqrt(initial.friction)  # Chipmunk multiplies those of two shapes.
+        self.basin.clear(world, root)
         hulls = np.empty((len(gain), 9))
-        hulls[:, :6], hulls[:, 8] = initial.motion, math.sqrt(initial.friction)
+        hulls[:, :6], hulls[:, 8] = initial.motion, root
         hulls[:, 6] = self._kinds.contact_mass * gain
         hulls[:, 7] = self._kinds.mass[:, 2] * gain
-        self.basin.place(world, hulls)
-        plant.per_step[world] = hulls[:, 6:8] / self._dt
-        hull.equip(plant.hulls, world, self._kinds, gain, initial.drag_gain, self._dt)
-        motors = plant.motors
-        motors.signal[world] = motors.thrust[world] = 0.0
-        motors.gain[world] = initial.thrust_gain
-        motors.keep[world] = np.exp(-self._dt / initial.lag)
-        ahead = np.exp(-1j * initial.motion[1:, 2])
-        speed = (plane(np.ascontiguousarray(initial.motion[1:]), 3) * ahead).real
-        plant.reference[world] = np.stack([speed, initial.motion[1:, 5]], axis=-1)
-        self._commands[:, world] = 0.0
+        keep = float(np.exp(-self._dt / initial.lag))
+        kernel.begin(world, hulls, initial.thrust_gain, keep, self._bound)
+        hull.equip(self.plant.hulls, world, self._kinds, gain, initial.drag_gain, self._dt)
+        if len(self._commands):
+            self._commands[:, world] = 0.0
 
     def snapshot(self) -> DynamicsSnapshot:
         """Returns all that the next steps depend on, for the simulation to copy."""

@@ -221,13 +221,35 @@ def put(wires: Wires, world: int, hulls: Float) -> None:
         native.give(functions[SET_FRICTION], wires.shape[world, body], hulls[body, 8])
 
 
-@compiled
-def place(wires: Wires, bodies: Bodies, world: int, hulls: Float) -> None:
-    """Puts the hulls of a world, (B, 9), where they begin an episode, and reads their motion."""
+@allocating
+def begin(world: int, hulls: Float, gain: Float, keep: float, bound: Bound) -> None:
+    """Puts the hulls of a world where they begin an episode, motors off.
+
+    The autopilots' references are the boats' motion.
+
+    Args:
+        world: number of the world.
+        hulls: (B, 9) what ``put`` takes.
+        gain: (A, 2) factors on the thrust.
+        keep: share of a signal's distance from the wanted one that a step leaves.
+        bound: ``Plant``, ``Bodies`` and ``Wires``.
+    """
+    plant, bodies, wires = bound.content
+    motors = plant.motors
     put(wires, world, hulls)
     for body in range(len(hulls)):
         native.call(wires.functions[REINDEX], wires.space[world], wires.body[world, body])
+        plant.per_step[world, body, 0] = hulls[body, 6] / plant.dt
+        plant.per_step[world, body, 1] = hulls[body, 7] / plant.dt
     read(wires, bodies, world)
+    motors.keep[world] = keep
+    for boat in range(len(gain)):
+        motion = hulls[boat + 1]
+        ahead = motion[3] * math.cos(motion[2]) + motion[4] * math.sin(motion[2])
+        plant.reference[world, boat, 0], plant.reference[world, boat, 1] = ahead, motion[5]
+        for side in range(2):
+            motors.signal[world, boat, side] = motors.thrust[world, boat, side] = 0.0
+            motors.gain[world, boat, side] = gain[boat, side]
 
 
 @compiled

@@ -41,7 +41,7 @@ class Knowledge:
         rngs: Mapping[int, np.random.Generator],
     ) -> None:
         """Begins episodes in the worlds ``index`` (n,) of a true state."""
-        self._sensors.reset(index, state.motion[index], rngs)
+        self._sensors.reset(index, state.motion, rngs)
         if self._exact:
             self._take(state)
             return

@@ -39,7 +39,7 @@ class Sensors:
 
     def __init__(self, params: EnvParams, num_worlds: int) -> None:
         p, clock = params.sensors, params.clock
-        self._params, self._dt = p, 1.0 / clock.sensing
+        self._params, self._dt, self._exact = p, 1.0 / clock.sensing, p.exact
         #: sensing ticks in a control tick
         self._ticks = 1 if p.exact else clock.sensing // clock.control
         self._noise = np.array(
@@ -75,12 +75,16 @@ class Sensors:
     def reset(
         self, index: np.ndarray, motion: Float, rngs: Mapping[int, np.random.Generator]
     ) -> None:
-        """Begins episodes of the worlds ``index`` (n,) with their motion (n, B, 6).
+        """Begins episodes of the worlds ``index`` (n,) with the motion (W, B, 6) of all.
 
         The noise of an episode has a Generator of its own, spawned from the world's, so that
         the next episode does not depend on how long this one was; and so have the losses, so that
         the noise is the same with and without them. The first measurement is received at once.
         """
+        if self._exact:
+            self.sense(motion)
+            return
+        motion = motion[index]
         if self._filters:
             self._drawn[index] = BLOCK
             for world in map(int, index):

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.geometry import wrap
+from asv_env.compiled import compiled
+from asv_env.geometry import wrapped
 from asv_env.params import EnvParams
 from asv_env.text import shown
 from asv_env.types import Float, InitialState
@@ -47,10 +48,16 @@ def checked(start: Any, params: EnvParams) -> InitialState:
         raise ValueError(f"initial states: side = {values['side']:g}: must be 1 or -1")
     if (values["failure_tick"] >= 0).all():
         raise ValueError("initial states: failure_tick: fewer than all boats may fail")
-    values["motion"][:, 2] = wrap(values["motion"][:, 2])
-    values["goal"][2] = wrap(values["goal"][2])
+    _wrap_headings(values["motion"], values["goal"])
     values["failure_tick"] = values["failure_tick"].astype(np.int64)
     return InitialState(**values)
+
+
+@compiled
+def _wrap_headings(motion: Float, goal: Float) -> None:
+    for body in range(len(motion)):
+        motion[body, 2] = wrapped(motion[body, 2])
+    goal[2] = wrapped(goal[2])
 
 
 def _numbers(given: Any, shape: tuple[int, ...]) -> Float:

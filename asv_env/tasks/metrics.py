@@ -40,13 +40,17 @@ def tally(worlds: int, team: int) -> Tally:
     return Tally(whole(), arrival, whole(), *errors, real(), real(), whole(), real())
 
 
-def restart(tally: Tally, index: np.ndarray, closed: Bool, error: Float) -> None:
-    """Begins the totals in the worlds ``index`` (n,), with closure (n,) and errors (n, 2)."""
-    for total in tally:
-        total[index] = 0
-    tally.closure_tick[index] = np.where(closed, 0, NEVER)
-    tally.arrival_tick[index] = NEVER
-    restart_errors(tally, index, error)
+@compiled
+def restart(tally: Tally, worlds: Int, closed: Bool, error: Float) -> None:
+    """Begins the totals in some worlds (n,), given closure (W,) and errors (W, 2) of all."""
+    for number in range(len(worlds)):
+        w = worlds[number]
+        tally.closure_tick[w] = 0 if closed[w] else NEVER
+        for boat in range(tally.arrival_tick.shape[1]):
+            tally.arrival_tick[w, boat] = NEVER
+        tally.closure_lost[w] = tally.collisions[w] = 0
+        tally.path_length[w] = tally.effort[w] = tally.episode_return[w] = 0.0
+        tally.min_position_error[w], tally.heading_error_at_min[w] = error[w, 0], error[w, 1]
 
 
 def restart_errors(tally: Tally, index: np.ndarray, error: Float) -> None:

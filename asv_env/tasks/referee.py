@@ -23,7 +23,7 @@ from asv_env.tasks.reward import (
     evaluate_some,
 )
 from asv_env.threads import spread
-from asv_env.types import Bool, Complex, Ending, Float, Int, State, frozen, made, rows
+from asv_env.types import Bool, Complex, Ending, Float, Int, State, frozen, given, made, rows
 
 
 class Counts(NamedTuple):
@@ -229,8 +229,8 @@ class Referee:
         self.misassigned[index] = False
         self.some_misassigned = bool(self.misassigned.any())
         self._renew(index, state)
-        error = self._worth.error[index]
-        metrics.restart(self._tally, index, state.closed[index], error)
+        known = given(index, np.int64), given(state.closed, np.bool_), self._worth.error
+        metrics.restart(self._tally, *known)
 
     def tick(
         self, before: State, moved: dict[str, Any], water: Complex

@@ -3,6 +3,7 @@
 import cmath
 import math
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -184,19 +185,26 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
     spread, team = params.variation, params.num_boats
 
     def gain(width: float, *shape: int) -> Float:
-        return 1.0 + (2.0 * width * rng.random(shape) - width)
+        share = rng.random(shape)  # is drawn without a width too, so that others stay the same
+        return 1.0 + (2.0 * width * share - width) if width else np.ones(shape)
 
     def between(interval: tuple[float, float] | None, nominal: float) -> float:
         return nominal if interval is None else _between(rng, *interval)
 
     return {
-        "thrust_gain": gain(spread.thrust, team, 2) * (1.0 + spread.thrust_bias * LEFT_RIGHT),
+        "thrust_gain": gain(spread.thrust, team, 2) * _bias(spread.thrust_bias),
         "lag": between(spread.lag, params.boat.lag),
         "drag_gain": gain(spread.drag, 1 + team),
         "mass_gain": gain(spread.mass, 1 + team),
         "friction": between(spread.friction, params.water.contact_friction),
         "failure_tick": _failures(params, rng),
     }
+
+
+@cache
+def _bias(bias: float) -> Float:
+    """Returns the factors on the thrust of the left and the right motor."""
+    return 1.0 + bias * LEFT_RIGHT
 
 
 def _failures(params: EnvParams, rng: np.random.Generator) -> Int:
