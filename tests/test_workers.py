@@ -9,6 +9,7 @@ import sys
 import textwrap
 import threading
 import time
+import warnings
 from collections import deque
 from dataclasses import replace
 from pathlib import Path
@@ -359,6 +360,24 @@ def test_workers_that_die_between_batches_are_replaced(monkeypatch):
     monkeypatch.setattr(workers, "_in_pool", in_pool)
     assert len(rows([job(local_policy(), range(4))], 2)) == 4
     assert pools == [2, 1]
+
+
+def test_workers_that_grow_are_kept(tmp_path):
+    """As those do that compile."""
+
+    class Grows(Idle):
+        def act(self, sensed, *others):
+            (tmp_path / str(os.getpid())).touch()
+            if not sensed.tick.any():
+                vars(sys).setdefault("held", []).append(b"x" * 350_000_000)
+                time.sleep(1.1)  # the least time between two checks
+            return super().act(sensed, *others)
+
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        assert len(rows([job(Grows, range(6))], 1)) == 6
+    assert len(started(tmp_path, 1)) == 1
+    assert not heard
 
 
 @pytest.mark.usefixtures("no_report")

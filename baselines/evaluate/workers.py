@@ -11,6 +11,7 @@ the batches that were running are run again one by one, which finds the policy t
 others are finished.
 """
 
+import math
 import multiprocessing
 import os
 import re
@@ -30,6 +31,7 @@ from typing import Any, Self
 
 import cloudpickle
 from joblib import Parallel, delayed, effective_n_jobs
+from joblib.externals.loky import process_executor
 from joblib.externals.loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
 from joblib.parallel import LokyBackend, get_active_backend
 
@@ -333,9 +335,13 @@ def _run_batch(packed: bytes, parent: int) -> Batch:
 
 
 def _watch_parent(parent: int) -> None:
-    """Has a worker of the process ``parent`` leave Ctrl-C to it, and end with it."""
+    """Has a worker of the process ``parent`` leave Ctrl-C to it, and end with it and not before.
+
+    Loky replaces workers that grow by 300 MB, and warns of it. To compile takes as much.
+    """
     if os.getppid() != parent:
         return
+    process_executor._MAX_MEMORY_LEAK_SIZE = math.inf
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     if WATCH not in {thread.name for thread in threading.enumerate()}:
