@@ -22,7 +22,7 @@ from baselines.reproduce import style
 from baselines.rollout import provenance
 
 NAME = "record.json"
-LIBRARIES = ("numpy", "scipy", "pymunk", "matplotlib")
+LIBRARIES = ("numpy", "numba", "scipy", "pymunk", "matplotlib")
 
 
 @dataclass(frozen=True)

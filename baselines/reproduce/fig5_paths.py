@@ -1,4 +1,4 @@
-"""Fig. 5, and which poses two arcs reach by paths of which length."""
+"""Fig. 5, and which poses two arcs reach, by paths of which length."""
 
 from typing import Any
 
@@ -23,6 +23,8 @@ HEADINGS = ((0.1, "0.1"), (np.pi / 4, r"\pi/4"), (np.pi / 2, r"\pi/2"), (np.pi, 
 """Final headings of the maps, rad, and how they are written."""
 REACH = 1.5  #: half the side of the maps, m
 CELLS = 150  #: number of cells along each side of the maps
+GOALS = 40_000  #: number of random goals of the table
+PERCENTILES = (50, 75, 95)
 LONGEST = 10.0  #: ratio of the length to the Dubins length at which the colours of the maps end
 
 
@@ -32,7 +34,8 @@ def correction(job: Job) -> Figure:
     Goal {0 m, 0.3 m, 1.6 rad}, alpha_1 = 1. (a) Without the rule of signs the vessel would have
     to move towards +n on its first arc, where boats cannot push it (dotted). (b) The same centres
     with alpha_1 - 2 pi (Eqs. (14) and (15); their test is inverted with respect to the paper's).
-    Black: start; grey: hulls along the path; red: goal; crosses: centres and switching point.
+    Black: start; grey: hulls along the path; red: goal; crosses: the centres C_1 and C_2 and the
+    switching point.
     """
     params = make_params("push")
     path = two_arc.plan(np.array(CORRECTED_GOAL), ALPHA1)
@@ -65,6 +68,8 @@ def _draw_arcs(axes: Axes, params: EnvParams, path: ArcPath, lengths: Float) -> 
         pose = poses[-1]
     sketch.goal(axes, params, CORRECTED_GOAL)
     sketch.crosses(axes, np.concatenate([path.centres, path.joints[1:2, :2]]))
+    for k, centre in enumerate(path.centres, start=1):
+        sketch.label(axes, centre - (0.07, 0.0), f"C_{k}")
 
 
 def feasibility(job: Job) -> Figure:
@@ -89,7 +94,7 @@ def feasibility(job: Job) -> Figure:
             panel.label_outer()
             panel.set_xticks([-1, 0, 1])
             if row == 0:
-                panel.set_title(f"$h_f = {text}$")
+                panel.set_title(f"$h_f = {text}$ rad")
     bar = figure.colorbar(cells, ax=axes, extend="max", pad=0.01, format="%g")
     bar.set_label("length / Dubins length")
     bar.set_ticks([1, 2, 5, 10], minor=False)
@@ -122,3 +127,25 @@ def lengths(goals: Float, min_radius: float) -> dict[str, list[float | None]]:
     """Returns ``ratios`` as lists (n,), with None for NaN."""
     found = ratios(goals, min_radius)
     return {name: [None if np.isnan(r) else float(r) for r in f] for name, f in found.items()}
+
+
+def first_turns(job: Job) -> dict[str, Any]:
+    """How often two arcs are feasible, and how long they are, by the choice of the first turn.
+
+    Goals at random within 1.5 m along each axis, with any heading.
+    """
+    far, least = np.array([REACH, REACH, np.pi]), make_params("push").vessel.length / 2
+    goals = np.random.default_rng(job.seed).uniform(-far, far, (GOALS, 3))
+    rows = [
+        {
+            "first turn": name,
+            "feasible": f"{np.isfinite(ratio).mean():.1%}",
+            **{f"{p} %": float(np.nanpercentile(ratio, p)) for p in PERCENTILES},
+        }
+        for name, ratio in ratios(goals, least).items()
+    ]
+    notes = [
+        f"{GOALS:,} goals, least radius S_x/2 = {least:g} m. Percentiles of the length over the "
+        "Dubins length, where two arcs are feasible."
+    ]
+    return {"rows": rows, "notes": notes}

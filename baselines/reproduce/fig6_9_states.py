@@ -25,9 +25,10 @@ def simulation_states(job: Job, study: dict[str, Any], arrivals: dict[str, Any])
     0.1 rad} from the pose at closure (red, dashed). White noise of variance 0.05 at each step of
     50 Hz: taken as rad^2 on the angle of each boat in Eq. (3), and as cm^2 on its x and y, of
     which the paper gives no unit. The policy's boats keep below 4 cm/s; those that start far
-    away come later than T_goal. Lines: paths so far; crosses:
-    circles' centres and switching point. Shown is the run of median smallest distance among the
-    trials that came to closure.
+    away come later than T_goal. Coloured crosses: targets; coloured lines: paths of the boats so
+    far; black: path of the vessel; light blue: planned path; black crosses: circles' centres and
+    switching point. Shown is the run of median smallest distance among the trials that came to
+    closure.
     """
     run = Run.read(study)
     states = (0, run.closure // 2, run.closure, (run.closure + run.switch) // 2, run.switch, -1)
@@ -40,8 +41,9 @@ def experiment_states(job: Job, study: dict[str, Any]) -> Figure:
     Policy "paper", preset ``experiment`` (tracking 20 Hz, control 10 Hz), sigma = 1, T_goal = 80 s,
     alpha_1 = 1, goal {0.55 m, -0.95 m, 0.1 rad} from the pose at closure (red, dashed). (a) start,
     with the targets (coloured crosses); (b) approach; (c) closure, and the path that is computed
-    then; (d) switch to the second circle; (e) motors off, 20 cm from the goal; (f) end. Black
-    crosses: circles' centres and switching point. Shown is the run of median smallest distance.
+    then (light blue); (d) switch to the second circle; (e) motors off, 20 cm from the goal; (f)
+    end. Coloured lines: paths of the boats so far; black: path of the vessel; black crosses:
+    circles' centres and switching point. Shown is the run of median smallest distance.
     """
     run = Run.read(study)
     states = (0, run.closure // 2, run.closure, run.switch, run.stop, -1)
@@ -58,11 +60,10 @@ def _states(run: Run, params: EnvParams, states: Sequence[int]) -> Figure:
         else:
             slots = sketch.slots(params, run.poses[index, 0])
             for slot, colour in zip(slots, style.boat_colours(len(slots)), strict=True):
-                sketch.crosses(panel, slot[:2], colour, 3.5)
+                sketch.crosses(panel, slot[:2], colour, 3.5 if params.num_boats < 8 else 2.2)
         sketch.plane(panel)
         panel.label_outer()
-        time = f"{run.times[index]:.0f} s"
-        panel.text(0.97, 0.96, time, transform=panel.transAxes, ha="right", va="top")
+        panel.set_title(f"{run.times[index]:.0f} s", loc="right")
     _frame(axes[0], run, params, indices[-1])
     return figure
 
@@ -72,9 +73,9 @@ def complete_simulations(job: Job, study: list[dict[str, Any]]) -> Figure:
 
     Policy "paper", preset ``paper_simulation`` without noise, alpha_1 = 1. Goals from the pose at
     closure (red, dashed): (a) {0.55 m, -0.95 m, 0.1 rad}; (b) {0.6 m, 0.7 m, -1.6 rad}, on the
-    side from which the boats push. Open hull: at closure; blue: planned path; black: path of the
-    vessel; crosses: circles' centres and switching point. Shown are the runs of median smallest
-    distance.
+    side from which the boats push. Pale boats: at the start and at closure; open hull: at closure;
+    light blue: planned path; black: path of the vessel; crosses: circles' centres and switching
+    point. Shown are the runs of median smallest distance.
     """
     figure, axes = style.panels(style.PAGE, 96.0, 1, 2)
     for panel, values, goal in zip(axes, study, GOALS, strict=True):
@@ -86,7 +87,7 @@ def complete_experiment(job: Job, study: dict[str, Any]) -> Figure:
     """Complete trajectories of the run of Fig. 8, in simulation.
 
     Colours: the boats, hulls at the start, at closure and at the end; black: path of the vessel;
-    blue: planned path; red, dashed: goal; crosses: circles' centres and switching point.
+    light blue: planned path; red, dashed: goal; crosses: circles' centres and switching point.
     """
     figure, (axes,) = style.panels(style.COLUMN, 96.0)
     _draw_complete(axes, Run.read(study), experiment())

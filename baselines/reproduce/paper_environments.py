@@ -15,11 +15,12 @@ from baselines.rollout import runner
 from baselines.rollout.episodes import POSE_LOG_EVERY, PoseLog
 
 WORLDS = 48  #: number of worlds that are simulated side by side
+SCENARIOS = ("nominal", "noisy")  #: exact measurement, and with noise
 
 
-def experiment(task: str = "transport", scenario: str = "nominal", **options: Any) -> EnvParams:
+def experiment(task: str = "transport", preset: str = "experiment", **options: Any) -> EnvParams:
     """Returns the tank experiment: four boats, sensed at 20 Hz, controlled at 10 Hz."""
-    return make_params(task, scenario=scenario, preset="experiment", **options)
+    return make_params(task, preset=preset, **options)
 
 
 def simulation(task: str = "transport", num_boats: int = 10, **options: Any) -> EnvParams:

@@ -12,9 +12,8 @@ from baselines.reproduce import fig10_trials
 from baselines.reproduce.artefact import markdown, read_json
 
 TABLES: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
-    "reach": lambda table: table,
+    **dict.fromkeys(("turns", "reach", "plane", "calibration"), lambda table: table),
     "table": fig10_trials.short,
-    "calibration": lambda table: table,
 }
 """Names of the tables on the page, and the form in which each stands there."""
 

@@ -18,7 +18,7 @@ from baselines.policy import MakePolicy
 from baselines.reproduce import fig5_paths, style
 from baselines.reproduce.artefact import Job
 from baselines.reproduce.comparison_rows import rows_of
-from baselines.reproduce.paper_environments import episodes, experiment
+from baselines.reproduce.paper_environments import SCENARIOS, episodes, experiment
 from baselines.scripted.gains import PathGains
 from baselines.scripted.planner import SEGMENTS, PathPlanner
 from baselines.scripted.scripted_policy import ScriptedPolicy
@@ -27,7 +27,6 @@ Planner = Callable[[Float, float], ArcPath]
 """Function from goals (W, 3) in the vessel's frame and the least radius, m, to paths."""
 GOALS = 400  #: number of goals of the comparison by geometry; the first of them are also driven to
 TIME = 240.0  #: time limit, s: detours take longer than the task's own
-SCENARIOS = ("nominal", "noisy")
 MEASURES = {
     "delivered": ("success", 1.0),
     "time to delivery (s)": ("time_to_goal", 1.0),
@@ -124,7 +123,8 @@ def comparison_figure(job: Job, study: dict[str, Any]) -> Figure:
     the minimal radius given; by geometry alone. Curves end below 1 where some goals cannot be
     reached. (b) Share of episodes over the time to delivery and (c) over the smallest distance to
     the goal, driven in simulation by the scripted policy from a formed closure; solid: exact
-    measurement, dashed: scenario "noisy"; the same goals for both planners.
+    measurement, dashed: scenario "noisy"; the same goals for both planners. The left half of the
+    legend belongs to (a), the right half to (b) and (c).
     """
     figure, (ratio, time, distance) = style.panels(style.PAGE, 62.0, 1, 3, sharey=True)
     _draw_lengths(ratio, study["lengths"])
@@ -146,7 +146,7 @@ def comparison_figure(job: Job, study: dict[str, Any]) -> Figure:
 def _draw_lengths(axes: Axes, lengths: dict[str, dict[str, list[float | None]]]) -> None:
     looks = [(colour, line) for line in ("-", "--") for colour in (palette.PURPLE, palette.BLUE)]
     curves = [
-        (name.replace("alpha1", r"$\alpha_1$") + rf", $\rho \geq$ {radius} m", values)
+        (name.replace("alpha1", r"$\alpha_1$") + rf", $\rho \geq {radius}$ m", values)
         for radius, by_choice in lengths.items()
         for name, values in by_choice.items()
     ]

@@ -58,7 +58,7 @@ def crosses(axes: Axes, points: ArrayLike, colour: Any = palette.BLACK, size: fl
     """Draws crosses at points (n, 2); those at infinity (centres of straights) are left out."""
     x, y = np.reshape(np.asarray(points, dtype=np.float64), (-1, 2)).T
     near = np.isfinite(x) & np.isfinite(y)
-    axes.plot(x[near], y[near], "x", color=colour, ms=size, mew=0.9, zorder=7)
+    axes.plot(x[near], y[near], "x", color=colour, ms=size, mew=0.225 * size, zorder=7)
 
 
 def path_points(path: ArcPath) -> Float:
