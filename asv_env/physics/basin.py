@@ -79,8 +79,22 @@ class Basin:
             impulse=impulse,
             contact_id=contact_id,
         )
-        for world in range(num_worlds):
+        self._warm_up()
+
+    def _warm_up(self) -> None:
+        """Lets a boat of every world touch its vessel, apart from the others.
+
+        At its first contact a Space takes the memory for many. So all do now, and need no more
+        later.
+        """
+        hulls = [memory.remembered(body) for body in self._bodies[0]]
+        for number, row in enumerate(hulls):
+            row[0] = 3.0 * self._hulls[0].length * max(0, number - 1)
+        for world, space in enumerate(self._spaces):
+            kernel.put(self.wires, world, np.array(hulls))
+            space.step(self._dt)
             kernel.read(self.wires, self.bodies, world)
+        self.bodies.touching[...] = True  # ``clear`` shall forget these contacts.
 
     def _make_world(self) -> tuple[pymunk.Space, list[pymunk.Body], list[pymunk.Segment]]:
         """Returns a Space with the bodies of one world at its origin, these, and its walls."""
