@@ -76,8 +76,8 @@ class PushGains:
     spread: float = 1.2  #: position of the side boats along the hull, relative to their slots
     gap_gain: float = 0.2  #: closing speed per gap to the hull, 1/s: time constant 5 s
     #: yaw offset of side boats per distance to their places, rad/m: those that slide freely return
-    #: to them on a way of two boats' lengths
-    yaw_offset_gain: float = 4.0
+    #: to them while the vessel goes its own length
+    yaw_offset_gain: float = 2.5
     #: fraction of lateral friction compensated by a yaw offset
     friction_compensation: float = FOUND["friction_compensation"]
     lateral_gain: float = 0.23  #: speed of end boats per clearance, 1/s: time constant 4.3 s
