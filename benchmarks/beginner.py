@@ -90,7 +90,8 @@ def compare(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
     for name, boat in BOATS.items():
         for seed in range(options.seeds if options.rows else 0):
             share = learn(boat, options.rows, seed)
-            print(f"{name}: PPO, seed {seed}, {options.rows} rows: {100 * share:.0f} % delivered")
+            result = f"{name}: PPO, seed {seed}, {options.rows} rows: {100 * share:.0f} % delivered"
+            print(result, flush=True)
 
 
 main = command(compare, "python benchmarks/beginner.py")
