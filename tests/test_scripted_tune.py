@@ -63,7 +63,7 @@ class Here:
 def test_the_search_writes_gains_and_resumes(tmp_path, monkeypatch):
     make = tune.make_params
     monkeypatch.setattr(tune, "ProcessPoolExecutor", Here)
-    monkeypatch.setattr(tune, "SCENARIOS", ("noisy",))
+    monkeypatch.setattr(tune, "SCENARIOS", {"noisy": 4})
     monkeypatch.setattr(tune, "make_params", lambda *a, **k: make(*a, **{"time_limit": 2.0, **k}))
     result = tmp_path / "tuned.json"
     arguments = [*FEW, "--out", str(tmp_path), "--result", str(result)]

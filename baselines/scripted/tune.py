@@ -37,7 +37,7 @@ from baselines.scripted.planner import PathPlanner
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 PROGRAM = "python -m baselines.scripted.tune"
-SCENARIOS = ("nominal", "noisy", "mismatch")
+SCENARIOS = {"nominal": 4, "noisy": 4, "mismatch": 4, "failure": 6}  #: and their number of boats
 STAGES = {"approach": (GraspGains,), "push": (PushGains, PathGains, Tolerances)}
 """Task of the episodes of each part of the search, and the gains that are searched in it."""
 SPREAD = 0.15  #: standard deviation of the logarithms of the first candidates
@@ -83,9 +83,14 @@ def changed(base: Kind, values: Values) -> Kind:
     return cast(Kind, replace(cast(Any, base), **own))
 
 
+def worlds(task: str, scenario: str) -> EnvParams:
+    """Returns the worlds of a task in one of ``SCENARIOS``."""
+    return make_params(task, SCENARIOS[scenario], scenario)
+
+
 def episodes(values: Values, task: str, scenario: str, wanted: range) -> list[Episode]:
     """Returns the episodes of the seeds wanted, run with these gains."""
-    params = make_params(task, scenario=scenario)
+    params = worlds(task, scenario)
     logs = runner.run(lambda given: policy(given, values), params, wanted, len(wanted))
     return sorted((log.episode for log in logs), key=lambda row: row.seed)
 
@@ -110,9 +115,10 @@ def _closeness(row: Episode, params: EnvParams) -> float:
 
 def scored(values: Values, task: str, wanted: range, executor: Executor) -> float:
     """Returns the score of gains in a task over seeds, averaged over the scenarios."""
-    params, same = make_params(task), len(SCENARIOS)
+    same = len(SCENARIOS)
     found = executor.map(episodes, [values] * same, [task] * same, SCENARIOS, [wanted] * same)
-    return float(np.mean([score(rows, params) for rows in found]))
+    pairs = zip(found, SCENARIOS, strict=True)
+    return float(np.mean([score(rows, worlds(task, scenario)) for rows, scenario in pairs]))
 
 
 def improved(
