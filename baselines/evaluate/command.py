@@ -54,8 +54,8 @@ class Options:
     failure, harsh, or module:NAME; by default nominal"""
     num_boats: tuple[int, ...] = ()  # team sizes of a sweep, 2 to 100; by default 4
     preset: str | None = None
-    """preset of a sweep: nominal, experiment, paper_simulation, tank, tank-calibrated, otter, heron,
-    cybership2"""
+    """preset of a sweep: nominal, experiment, paper_simulation, tank, tank-calibrated, otter,
+    heron, cybership2"""
     seed: int | None = None  # seed of the first episode of a sweep; by default 0
     goal: tuple[float, float, float] | None = None
     """goal of a sweep, the pose x y heading of the vessel in m, m, rad; by default the paper's"""
