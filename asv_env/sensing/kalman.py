@@ -6,7 +6,9 @@ from scipy.linalg import solve_discrete_are
 from asv_env.geometry import wrap
 from asv_env.types import Float
 
-NO_NOISE = 1e-9  #: standard deviation that stands for an exact measurement
+NO_NOISE = 1e-6
+"""Standard deviation that stands for an exact measurement, as a share of what the acceleration does
+in a tick, so that it is the same in worlds of every size."""
 
 
 def predicted(motion: Float, dt: float) -> Float:
@@ -43,7 +45,8 @@ def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: f
         ValueError: the numbers are too far apart.
     """
     transition = np.array([[1.0, dt], [0.0, 1.0]])
-    measured = np.diag(np.square(np.maximum([pose_noise, rate_noise], NO_NOISE)))
+    least = NO_NOISE * acceleration * dt * np.array([dt, 1.0])
+    measured = np.diag(np.square(np.maximum([pose_noise, rate_noise], least)))
     drift = (acceleration * dt) ** 2 * np.array([[dt**2 / 3, dt / 2], [dt / 2, 1.0]])
     try:
         variance = solve_discrete_are(transition.T, np.eye(2), drift, measured)
