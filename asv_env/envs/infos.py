@@ -21,18 +21,17 @@ def reward_terms(simulation: Simulation, step: TimeStep | None = None) -> dict[s
     """Returns the reward terms of a step by key, (W, 1) shared or (W, A); zeros without a step."""
     if step is not None:
         return dict(zip(_keys(tuple(step.terms)), step.terms.values(), strict=True))
-    zeros = np.zeros((simulation.num_worlds, 1))
-    return {f"reward_{term.name}": zeros for term in simulation.params.definition.reward}
+    names = tuple(term.name for term in simulation.params.definition.reward)
+    return dict.fromkeys(_keys(names), np.zeros((simulation.num_worlds, 1)))
 
 
 def team_blocks(simulation: Simulation, step: TimeStep | None = None) -> list[Block]:
     """Returns the infos of all worlds by type; reward terms are means over the boats."""
-    terms = {} if step is None else step.terms
-    names = _keys(tuple(terms) or tuple(t.name for t in simulation.params.definition.reward))
-    means = np.zeros((len(names), simulation.num_worlds))
-    for row, value in zip(means, terms.values(), strict=False):
+    terms = reward_terms(simulation, step)
+    means = np.empty((len(terms), simulation.num_worlds))
+    for row, value in zip(means, terms.values(), strict=True):
         row[...] = team_mean(value)
-    return [(names, means), *_metrics(simulation)]
+    return [(tuple(terms), means), *_metrics(simulation)]
 
 
 @cache

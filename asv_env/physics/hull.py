@@ -118,6 +118,21 @@ def coupled(
 
 
 @compiled
+def resisted_along(
+    axis: int, speed: float, force: float, hulls: Hulls, world: int, body: int, shelter: float
+) -> float:
+    """Returns the speed along an axis after half a step under a force and drag."""
+    return damped(
+        speed,
+        force,
+        hulls.per_mass[world, body, axis],
+        shelter * hulls.linear[world, body, axis],
+        shelter * hulls.quadratic[world, body, axis],
+        hulls.soft[world, body, axis],
+    )
+
+
+@compiled
 def resisted(
     u: float,
     v: float,
@@ -129,31 +144,11 @@ def resisted(
     shelter: tuple[float, float],
 ) -> tuple[float, float, float]:
     """Returns the velocity after half a step under a force and drag, each axis by itself."""
-    after_u = damped(
-        u,
-        force[0],
-        hulls.per_mass[world, body, 0],
-        shelter[0] * hulls.linear[world, body, 0],
-        shelter[0] * hulls.quadratic[world, body, 0],
-        hulls.soft[world, body, 0],
+    return (
+        resisted_along(0, u, force[0], hulls, world, body, shelter[0]),
+        resisted_along(1, v, force[1], hulls, world, body, shelter[1]),
+        resisted_along(2, r, force[2], hulls, world, body, 1.0),
     )
-    after_v = damped(
-        v,
-        force[1],
-        hulls.per_mass[world, body, 1],
-        shelter[1] * hulls.linear[world, body, 1],
-        shelter[1] * hulls.quadratic[world, body, 1],
-        hulls.soft[world, body, 1],
-    )
-    after_r = damped(
-        r,
-        force[2],
-        hulls.per_mass[world, body, 2],
-        hulls.linear[world, body, 2],
-        hulls.quadratic[world, body, 2],
-        hulls.soft[world, body, 2],
-    )
-    return after_u, after_v, after_r
 
 
 @compiled
