@@ -32,6 +32,7 @@ from asv_env.text import shown
 Overrides = Mapping[str, Mapping[str, Any]]  #: fields that differ, by section
 
 NOISE = {"position_noise": 0.01, "heading_noise": 0.05, "speed_noise": 0.01, "yaw_rate_noise": 0.1}
+IN_PUSH = {"failure_clock": "closure", "failure_time": (2.0, 20.0)}
 GYRE = {"current": "double_gyre", "current_speed": 0.02}
 MISMATCH = {"thrust": 0.15, "lag": (0.05, 0.3), "drag": 0.3, "mass": 0.2, "friction": (0.1, 0.6)}
 
@@ -50,8 +51,11 @@ SCENARIOS: Registry[Overrides] = Registry(
         "shelter": {"water": {"shelter": 0.3}},
         "current": {"water": {"current": "uniform", "current_speed": 0.01}},
         "gyre": {"water": GYRE},
+        "gusts": {"water": {"gust_speed": 0.01}},
         "mismatch": {"variation": MISMATCH},
+        "load": {"variation": {"load": (1.0, 2.0)}},
         "failure": {"variation": {"failures": 1}},
+        "failure-in-push": {"variation": {**IN_PUSH, "failures": 1}},
         "harsh": {"sensors": NOISE, "water": GYRE, "variation": {**MISMATCH, "failures": 1}},
     },
     _is_mapping,

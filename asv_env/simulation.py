@@ -40,7 +40,7 @@ from asv_env.types import (
 
 MOST_WORLDS = 1_000_000  #: largest number of worlds
 REMEMBERED = (
-    *("_state", "_ending", "_rngs", "_failure_tick", "_steps_over"),
+    *("_state", "_ending", "_rngs", "_failure_tick", "_failure_delay", "_steps_over"),
     *("_relative_goal", "_roles_may_change", "some_over"),
 )  #: names of what a simulation itself remembers from step to step
 
@@ -82,6 +82,8 @@ class Simulation:
         self._features = observation.features(params)
         self._rngs: dict[int, np.random.Generator] = {}
         self._failure_tick = np.full((self.num_worlds, params.num_boats), metrics.NEVER)
+        # Ticks from the first closure to a failure, of worlds in which it has yet to be formed.
+        self._failure_delay = self._failure_tick.copy()
         self._steps_over = np.full(self.num_worlds, 2)
         #: whether any world has to be reset, or was not yet
         self.some_over = True
@@ -104,6 +106,7 @@ class Simulation:
             touching=np.zeros((worlds, team, 2), dtype=np.bool_),
             closed=none,
             contact_force=np.zeros((worlds, team)),
+            gust=np.zeros((worlds, 2)),
             occupied_ticks=np.zeros(worlds, dtype=np.int64),
             delivered_ticks=np.zeros(worlds, dtype=np.int64),
             anchored=none,
@@ -172,9 +175,11 @@ class Simulation:
         self._referee.begin(index, self._state)
         self._steps_over[index] = 0
         self.some_over = bool(self._steps_over.any())
-        fails = (self._failure_tick != metrics.NEVER).any()
+        fails = (np.maximum(self._failure_tick, self._failure_delay) != metrics.NEVER).any()
         self._roles_may_change = bool(fails or not state.anchored.all())
         self._knowledge.reset(index, self._state, self._rngs)
+        # After the sensors, whose noise is the same with and without gusts.
+        self._state = self._dynamics.blown(self._state, index, self._rngs)
         return self._observe(index)
 
     def _sample(self, world: int, seed: int | None, goal: Sequence[float] | None) -> InitialState:
@@ -190,13 +195,15 @@ class Simulation:
     def _begin(self, state: State, world: int, start: InitialState) -> None:
         """Places one world of a state at the beginning of an episode, in place."""
         self._dynamics.place(world, start)
-        self._failure_tick[world] = start.failure_tick
+        at_once = self.params.variation.failure_clock == "start"
+        self._failure_tick[world] = start.failure_tick if at_once else metrics.NEVER
+        self._failure_delay[world] = metrics.NEVER if at_once else start.failure_tick
         self._relative_goal[world] = start.goal
         state.motion[world] = start.motion
         state.goal[world] = start.goal
         state.tick[world] = state.occupied_ticks[world] = state.delivered_ticks[world] = 0
         state.thrust[world] = 0.0
-        state.working[world] = start.failure_tick != 0
+        state.working[world] = self._failure_tick[world] != 0
         state.touching[world] = False
         state.contact_force[world] = 0.0
         state.side[world] = start.side
@@ -257,12 +264,14 @@ class Simulation:
         state, knowledge, events = self._state, self._knowledge, None
         known, estimate = knowledge.advance(state)
         if self._roles_may_change:
-            fails = self._failure_tick == state.tick[:, None]
+            fails = self._failures(state)
             anchors, goal = known.closed & ~known.anchored, state.goal.copy()
             for world in np.flatnonzero(anchors):
                 goal[world] = standing.anchored(self._relative_goal[world], estimate[world, 0])
-            roles = fails.any(axis=1), state.working & ~fails
-            events = Events(*roles, known.anchored | anchors, goal, anchors)
+            assigns: Bool = fails.any(axis=1)
+            events = Events(
+                assigns, state.working & ~fails, known.anchored | anchors, goal, anchors
+            )
         index = standing.NOWHERE
         if events is not None or self._referee.some_misassigned:
             now = state, state.motion, self._referee.misassigned
@@ -271,6 +280,15 @@ class Simulation:
             anchored = index[:0] if events is None else np.flatnonzero(events.moved)
             self._referee.change(index, anchored, self._state)
         knowledge.change(events, self._state)
+
+    def _failures(self, state: State) -> Bool:
+        """Returns the boats (W, A) whose thrusters fail now."""
+        due = state.closed[:, None] & (self._failure_delay != metrics.NEVER)
+        if due.any():
+            self._failure_tick[due] = (self._failure_delay + state.tick[:, None])[due]
+            self._failure_delay[due] = metrics.NEVER
+        fails: Bool = self._failure_tick == state.tick[:, None]
+        return fails
 
     def _observe(self, index: np.ndarray | None = None) -> Observation:
         threads = self.num_threads if index is None else 1

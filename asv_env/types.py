@@ -102,6 +102,7 @@ class State(Situation):
     thrust: Float  #: (W, A, 2) present thrust of the left and right thruster, N
     #: (W, A) mean size of the force between boat and vessel since the last tick, N
     contact_force: Float
+    gust: Float  #: (W, 2) velocity that gusts add to the current, m/s
     occupied_ticks: Int  #: (W,) control ticks for which every slot was occupied without a break
     delivered_ticks: Int  #: (W,) control ticks for which the vessel was at its goal without a break
 
@@ -131,7 +132,9 @@ class InitialState:
     drag_gain: Float  #: (B,) factor on all drag coefficients of a body
     mass_gain: Float  #: (B,) factor on mass and inertia of a body
     friction: float  #: contact friction coefficient
-    failure_tick: Int  #: (A,) control tick at which the boat's thrusters fail; -1 never
+    #: (A,) control tick at which the boat's thrusters fail, from the beginning of the episode or
+    #: from closure on (see ``VariationParams.failure_clock``); -1 never
+    failure_tick: Int
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ SECTIONS = {
     "sensors": SensorParams(),
     "clock": ClockParams(),
     "task_params": TaskParams(),
-    "variation": VariationParams(lag=(0.1, 0.2), friction=(0.1, 0.2)),
+    "variation": VariationParams(lag=(0.1, 0.2), friction=(0.1, 0.2), load=(1.0, 2.0)),
     "reward": RewardParams(),
 }
 
@@ -50,6 +50,7 @@ def named(kind, *but):
 NUMBERS = named(int | float)
 PAIRS = named(tuple)
 CHOICES = [*named(str, "name"), ("task_params", "name")]
+SIGNED = {"current_heading", "gyre_phase"}
 INTERVALS = [(section, name) for section, name in PAIRS if section not in ("boat", "vessel")]
 
 
@@ -81,7 +82,7 @@ def test_parameter_that_is_no_number_is_refused_by_name(section, name, bad):
 
 
 @given(
-    parameter=st.sampled_from([p for p in NUMBERS if p[1] != "current_heading"]),
+    parameter=st.sampled_from([p for p in NUMBERS if p[1] not in SIGNED]),
     below=st.floats(-1e6, -1e-6),
 )
 def test_negative_number_is_refused_by_name(parameter, below):
@@ -91,7 +92,7 @@ def test_negative_number_is_refused_by_name(parameter, below):
 POSITIVE = {
     "boat": "length width mass inertia bow thrust lever_arm lag",
     "vessel": "length width mass inertia",
-    "water": "gyre_size walls",
+    "water": "gyre_size gust_time walls",
     "sensors": "acceleration yaw_acceleration vessel_acceleration vessel_yaw_acceleration",
     "clock": "physics sensing control",
     "task_params": "arena time_limit position_tolerance heading_tolerance speed_tolerance "

@@ -910,3 +910,20 @@ def test_metrics_begin_anew_with_each_episode():
     summary = sim.summary()
     assert (summary["effort"] > 0).tolist() == [False, True]
     assert summary["path_length"][0] == summary["episode_return"][0] == 0
+
+
+@pytest.mark.parametrize(("side", "ahead"), [("+n", [-1j]), ("-n", [1j]), ("goal", [-1j, 1j])])
+def test_goals_are_sampled_where_the_team_pushes(side, ahead):
+    params = make_params(
+        "push", side=side, goal_bearing=0.4, goal_turn=0.3, goal_distance=(0.2, 0.5)
+    )
+    rng = np.random.default_rng(0)
+    goals = np.array([starts.sample(params, rng).goal for _ in range(300)])
+    place = goals[:, 0] + 1j * goals[:, 1]
+    off = np.array([abs(np.angle(place / one)) for one in ahead]).min(axis=0)
+    assert 0.38 < off.max() <= 0.4
+    assert 0.28 < abs(goals[:, 2]).max() <= 0.3
+    # Uniform by area: the mean of the square lies in the middle.
+    assert (abs(place) ** 2).mean() == approx((0.2**2 + 0.5**2) / 2, rel=0.07)
+    assert (abs(place) >= 0.2).all()
+    assert len(ahead) == len({round(y) for y in np.sign(place.imag)})

@@ -32,7 +32,7 @@ EXPONENTS: dict[type, Exponents] = {
     VesselParams: {**HULL, "fins": 2},
     WaterParams: {
         "linear_speed": 0.5, "linear_yaw_rate": -0.5, "current_speed": 0.5, "gyre_size": 1,
-        "walls": 1,
+        "gust_speed": 0.5, "gust_time": 0.5, "walls": 1,
     },
     SensorParams: {
         "position_noise": 1, "speed_noise": 0.5, "yaw_rate_noise": -0.5, "yaw_acceleration": -1,

@@ -10,10 +10,12 @@ from asv_env.params.ranges import (
     Bias,
     Count,
     Distance,
+    Duration,
     Durations,
     Friction,
     Frictions,
     Lags,
+    Loads,
     Noise,
     Rate,
     Share,
@@ -24,6 +26,7 @@ from asv_env.params.ranges import (
 
 DRAGS = ("quadratic", "linear")
 CURRENTS = ("still", "uniform", "gyre", "double_gyre")
+FAILURE_CLOCKS = ("start", "closure")
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,10 @@ class WaterParams:
     current_speed: Speed = 0.0  #: peak speed of the current, m/s
     current_heading: Angle = 0.0  #: direction in which a uniform current flows, rad
     gyre_size: Distance = 1.5  #: side of one square vortex cell, m; the pattern repeats beyond
+    gyre_phase: Angle = 0.0  #: by which the pattern is shifted along x; a cell is pi long, rad
+    # Gusts are added to the current everywhere alike, an Ornstein-Uhlenbeck process.
+    gust_speed: Speed = 0.0  #: standard deviation of each component of the gusts, m/s
+    gust_time: Duration = 20.0  #: time in which gusts forget what they were, s
     contact_friction: Friction = 0.3  #: Coulomb friction coefficient between hulls
     #: share by which the drag of hulls' sides that face each other falls in contact
     shelter: Share = 0.0
@@ -115,8 +122,11 @@ class VariationParams:
     lag: Lags | None = None  #: (smallest, largest), s; None keeps the boat's
     friction: Frictions | None = None  #: (smallest, largest); None: the water's
     actuation_latency: Ticks = 0  #: control ticks after which a command reaches the thrusters
+    load: Loads | None = None  #: (smallest, largest) factor on the vessel's mass; None: 1
     failures: Count = 0  #: number of boats whose thrusters fail
     failure_time: Durations = (5.0, 60.0)  #: (earliest, latest) time of a failure, s
+    #: from when that time counts: "start" of the episode, or "closure", when it is first formed
+    failure_clock: Annotated[str, Name(FAILURE_CLOCKS)] = "start"
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,11 +1,13 @@
 """Numbers of a task: distances, tolerances, times, and the weights of its reward."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Self
 
 from asv_env import geometry
 from asv_env.checks import Name, Number, check_fields, numbers
 from asv_env.params.ranges import (
+    AngleLimit,
     AngleTolerance,
     Distance,
     DistanceOrZero,
@@ -38,6 +40,9 @@ class TaskParams:
     name: str = "transport"  #: see ``asv_env.tasks.TASKS``
     goal: tuple[float, float, float] | None = None  #: fixed pose, m, m, rad; None samples each
     goal_distance: Distances = (0.4, 1.2)  #: (smallest, largest) of a sampled goal, m
+    #: largest angle between the direction of a sampled goal and that in which the team pushes, rad
+    goal_bearing: AngleLimit = math.pi
+    goal_turn: AngleLimit = math.pi  #: largest heading of a sampled goal, to either side, rad
     #: "world", or "closure": relative to the vessel's pose at closure
     goal_anchor: Annotated[str, Name(GOAL_ANCHORS)] = "world"
     #: from which boats push: "+n", "-n", or "goal", the side away from the goal

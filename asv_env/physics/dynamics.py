@@ -1,7 +1,8 @@
 """The motion of all hulls under motors, water and contact: the physics of a control step."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,11 @@ from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.physics import autopilot, hull, kernel, thrusters, water
 from asv_env.physics.basin import Basin, BasinSnapshot
+from asv_env.physics.gusts import Gusts
 from asv_env.physics.kernel import Plant
 from asv_env.physics.shelter import cover
 from asv_env.threads import spread
-from asv_env.types import Bool, Complex, Float, InitialState
+from asv_env.types import Bool, Complex, Float, InitialState, Int, State, frozen
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,7 @@ class DynamicsSnapshot:
 
     basin: BasinSnapshot
     arrays: tuple[Float, ...]
+    gusts: dict[str, Any]
 
 
 class Dynamics:
@@ -43,6 +46,7 @@ class Dynamics:
         self._kinds = hull.kinds(hulls)
         self._scale = autopilot.scale(boat)
         surge, yaw = autopilot.axes(boat)
+        self._gusts = Gusts(params, num_worlds)
         self.plant = Plant(
             per_step=np.ones((num_worlds, len(hulls), 2)),
             hulls=hull.hulls(num_worlds, len(hulls)),
@@ -52,6 +56,7 @@ class Dynamics:
             yaw=yaw,
             reference=np.zeros((num_worlds, params.num_boats, 2)),
             flow=water.flow(params.water),
+            gust=self._gusts.velocity,
             cover=cover(params),
             dt=params.clock.dt,
             tracking=params.action_mode == "tracking",
@@ -81,13 +86,14 @@ class Dynamics:
 
     def snapshot(self) -> DynamicsSnapshot:
         """Returns all that the next steps depend on, for the simulation to copy."""
-        return DynamicsSnapshot(self.basin.snapshot(), self._changing())
+        return DynamicsSnapshot(self.basin.snapshot(), self._changing(), self._gusts.snapshot())
 
     def restore(self, snapshot: DynamicsSnapshot) -> None:
         """Continues as the dynamics did, with the same arguments, whose ``snapshot`` this is."""
         self.basin.restore(snapshot.basin)
         for array, remembered in zip(self._changing(), snapshot.arrays, strict=True):
             array[...] = remembered
+        self._gusts.restore(snapshot.gusts)
 
     def _changing(self) -> tuple[Float, ...]:
         """Returns the arrays that change from step to step, or from episode to episode."""
@@ -106,12 +112,24 @@ class Dynamics:
 
     def water(self) -> Complex:
         """Returns the velocity (W,) of the water at the vessels, m/s, not to be written to."""
-        if self.plant.flow.kind == water.STILL:
-            return self._still
-        return water.current(self._water, plane(self.basin.motion[:, 0]))
+        current: Complex = self._still
+        if self.plant.flow.kind != water.STILL:
+            current = water.current(self._water, plane(self.basin.motion[:, 0]))
+        return current + plane(self._gusts.velocity) if self._gusts.blow else current
+
+    def blown(self, state: State, index: Int, rngs: Mapping[int, np.random.Generator]) -> State:
+        """Begins the gusts of the worlds ``index`` (n,); returns the state with them.
+
+        ``rngs`` are the Generators of all worlds.
+        """
+        if not self._gusts.blow:
+            return state
+        self._gusts.reset(index, rngs)
+        return frozen(replace(state, gust=self._gusts.velocity.copy()))
 
     def begin(self) -> None:
-        """Begins a control step, over which contact forces are averaged."""
+        """Begins a control step, over which contact forces are averaged and gusts are steady."""
+        self._gusts.advance()
         self.basin.bodies.contact_force.fill(0.0)
 
     def advance(self, action: Float, working: Bool, steps: int) -> Float:
@@ -143,7 +161,7 @@ class Dynamics:
         return motion
 
     def felt(self) -> dict[str, Any]:
-        """Returns the fields of ``State`` that hold thrust and contacts, read-only.
+        """Returns the fields of ``State`` that hold thrust, contacts and gusts, read-only.
 
         They are those after a control step.
         """
@@ -152,6 +170,7 @@ class Dynamics:
             "thrust": thrust.copy(),
             "touching": bodies.touching.copy(),
             "contact_force": bodies.contact_force.copy(),
+            "gust": self._gusts.velocity.copy(),
         }
         for array in fields.values():
             array.setflags(write=False)

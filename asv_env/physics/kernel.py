@@ -66,6 +66,7 @@ class Plant(NamedTuple):
     yaw: Axis
     reference: Float  #: (W, A, 2) reference of the autopilots, m/s and rad/s
     flow: Flow
+    gust: Float  #: (W, 2) velocity that gusts add to the flow, m/s
     cover: Cover
     dt: float  #: duration of a physics step, s
     tracking: bool  #: whether actions are set-points of the autopilot, else signals of the motors
@@ -121,6 +122,7 @@ def push(
     dt, fields = plant.dt, wires.fields
     if plant.cover.share > 0.0:
         shelter(plant.cover, bodies.motion[world], factors)
+    gust_x, gust_y = plant.gust[world, 0], plant.gust[world, 1]
     for body in range(wires.body.shape[1]):
         x, y = bodies.motion[world, body, 0], bodies.motion[world, body, 1]
         vx, vy = bodies.motion[world, body, 3], bodies.motion[world, body, 4]
@@ -129,6 +131,7 @@ def push(
         c, s = cos_sin(0.5 * dt * r)
         cos, sin = e * c - f * s, f * c + e * s
         wx, wy = velocity(plant.flow, x + 0.5 * dt * vx, y + 0.5 * dt * vy)
+        wx, wy = wx + gust_x, wy + gust_y
         u, v = cos * (vx - wx) + sin * (vy - wy), cos * (vy - wy) - sin * (vx - wx)
         force = 0.0, 0.0, 0.0
         if body > 0:
@@ -138,6 +141,7 @@ def push(
         u, v, turn_rate, c, s = advanced(u, v, r, force, plant.hulls, world, body, hidden, dt)
         if plant.flow.kind != STILL:
             wx, wy = velocity(plant.flow, x + 1.5 * dt * vx, y + 1.5 * dt * vy)
+            wx, wy = wx + gust_x, wy + gust_y
         cos, sin = cos * c - sin * s, sin * c + cos * s
         mass, inertia = plant.per_step[world, body, 0], plant.per_step[world, body, 1]
         hull = wires.body[world, body]

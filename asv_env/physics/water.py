@@ -38,7 +38,7 @@ class Flow(NamedTuple):
 def flow(params: WaterParams) -> Flow:
     """Returns the current of these parameters."""
     speed, heading = params.current_speed, params.current_heading
-    phase = 0.0 if params.current == "double_gyre" else math.pi / 2
+    phase = params.gyre_phase + (0.0 if params.current == "double_gyre" else math.pi / 2)
     return Flow(
         CURRENTS.index(params.current),
         *(speed * math.cos(heading), speed * math.sin(heading)),

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from asv_env.checks import TINY
 from asv_env.geometry import plane, wrap
 from asv_env.params import EnvParams
 from asv_env.render.backdrop import FLOW_LENGTH, paint_streamline
@@ -49,6 +50,25 @@ def paint_header(canvas: Canvas, layout: Layout, state: State) -> None:
     else:
         canvas.write(phase(params, state), (pad, row), "midleft", INK)
         canvas.write(errors(params, state), (0.56 * width, row), "center", colour)
+
+
+def paint_gust(canvas: Canvas, layout: Layout, state: State) -> None:
+    """Paints the gust of the moment below the water: an arrow, full at twice ``gust_speed``."""
+    usual = layout.params.water.gust_speed
+    if usual == 0.0:
+        return
+    unit, row = layout.unit, layout.size[1] - layout.band / 2
+    gust = state.gust * np.array([1.0, -1.0])  # Pixels count downwards.
+    speed = float(np.hypot(*gust))
+    reach = 0.36 * layout.band * min(1.0, speed / (2.0 * usual)) / max(speed, TINY)
+    centre = np.array([0.5 * layout.size[0] - 0.5 * layout.band, row])
+    tail, head = centre - reach * gust, centre + reach * gust
+    left = 0.35 * (head - tail) @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+    back = head - 0.45 * (head - tail)
+    canvas.lines(np.array([tail, head]), 2 * unit, INK)
+    canvas.lines(np.array([back + left, head, back - left]), 2 * unit, INK)
+    text = f"gust {100 * speed:.1f} cm/s"
+    canvas.write(text, (centre[0] + 0.6 * layout.band, row), "midleft", INK)
 
 
 def phase(params: EnvParams, state: State) -> str:

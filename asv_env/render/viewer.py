@@ -14,7 +14,7 @@ from asv_env.render import MODES, bodies
 from asv_env.render.backdrop import paint_backdrop
 from asv_env.render.camera import Box, Camera, Trail, first_box, next_box
 from asv_env.render.canvas import Canvas, pygame
-from asv_env.render.captions import paint_header, paint_legend
+from asv_env.render.captions import paint_gust, paint_header, paint_legend
 from asv_env.render.colours import WATER_BOTTOM, WATER_TOP
 from asv_env.render.layout import DESIGN, Layout
 from asv_env.render.window import Window
@@ -127,6 +127,7 @@ class Viewer:
         bodies.paint_slots(canvas, layout, state)
         bodies.paint_boats(canvas, layout, state)
         paint_header(canvas, layout, state)
+        paint_gust(canvas, layout, state)
 
 
 def _checked_size(size: Sequence[int]) -> tuple[int, int]:

@@ -14,6 +14,7 @@ from asv_env.types import Complex, Float, InitialState, Int
 
 PUSH_GAP = 1e-3  #: first gap between bows and vessel in Push, m at scale 1: no contact yet
 LEFT_RIGHT = np.array([-1.0, 1.0])  #: sign of the thrust bias of the left and the right motor
+AHEAD = {"+n": -1j, "-n": 1j}  #: direction in which a team pushes from a side
 TRIES = 10_000  #: places that are tried before a distribution is found to be empty
 
 
@@ -61,14 +62,35 @@ def _goal(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> Fl
         return np.array(params.task.goal)
     near, far = params.task.goal_distance
     bound = _bound(params, params.vessel.length / 2)
-    for x, y in _places(rng, near, far, bound):
-        pose = (x, y, _between(rng, -np.pi, np.pi))
+    turn = params.task.goal_turn
+    for x, y in _goal_places(params, rng, near, far, bound):
+        pose = (x, y, _between(rng, -turn, turn))
         if params.goal_fits(pose):
             return np.array(pose)
     raise ValueError(
         f"no goal at goal_distance = {params.task.goal_distance!r} m from the origin lies within "
         f"{bound:g} m of it along both axes: bring goal_distance nearer, or widen arena and walls"
     )
+
+
+def _goal_places(
+    params: EnvParams, rng: np.random.Generator, near: float, far: float, bound: float
+) -> Iterator[tuple[float, float]]:
+    """Samples places of goals as ``_places`` does, within ``goal_bearing`` of where a team pushes.
+
+    Teams push towards -n from the +n side and towards +n from the other; a team that chooses its
+    side by the goal does either.
+    """
+    widest, side = params.task.goal_bearing, params.task.side
+    if widest == np.pi:
+        yield from _places(rng, near, far, bound)
+        return
+    for _ in range(TRIES):
+        radius = math.sqrt(_between(rng, near**2, far**2))
+        ahead = AHEAD.get(side) or (-1j, 1j)[int(rng.integers(2))]
+        place = radius * ahead * cmath.exp(1j * _between(rng, -widest, widest))
+        if max(abs(place.real), abs(place.imag)) <= bound:
+            yield place.real, place.imag
 
 
 def _places(
@@ -191,7 +213,7 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
     def between(interval: tuple[float, float] | None, nominal: float) -> float:
         return nominal if interval is None else _between(rng, *interval)
 
-    return {
+    varied = {
         "thrust_gain": gain(spread.thrust, team, 2) * _bias(spread.thrust_bias),
         "lag": between(spread.lag, params.boat.lag),
         "drag_gain": gain(spread.drag, 1 + team),
@@ -199,6 +221,9 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
         "friction": between(spread.friction, params.water.contact_friction),
         "failure_tick": _failures(params, rng),
     }
+    if spread.load is not None:
+        varied["mass_gain"][0] *= _between(rng, *spread.load)
+    return varied
 
 
 @cache
@@ -208,7 +233,7 @@ def _bias(bias: float) -> Float:
 
 
 def _failures(params: EnvParams, rng: np.random.Generator) -> Int:
-    """Samples the ticks (A,) at which thrusters fail; -1 never."""
+    """Samples the ticks (A,) at which thrusters fail, by ``failure_clock``; -1 never."""
     ticks = np.full(params.num_boats, -1)
     if not params.variation.failures:
         return ticks
