@@ -268,7 +268,7 @@ class Simulation:
             anchors, goal = known.closed & ~known.anchored, state.goal.copy()
             for world in np.flatnonzero(anchors):
                 goal[world] = standing.anchored(self._relative_goal[world], estimate[world, 0])
-            assigns: Bool = fails.any(axis=1)
+            assigns = np.logical_or.reduce(fails, axis=1)
             events = Events(
                 assigns, state.working & ~fails, known.anchored | anchors, goal, anchors
             )

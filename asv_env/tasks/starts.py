@@ -213,7 +213,7 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
     def between(interval: tuple[float, float] | None, nominal: float) -> float:
         return nominal if interval is None else _between(rng, *interval)
 
-    varied = {
+    varied: dict[str, Any] = {
         "thrust_gain": gain(spread.thrust, team, 2) * _bias(spread.thrust_bias),
         "lag": between(spread.lag, params.boat.lag),
         "drag_gain": gain(spread.drag, 1 + team),
