@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import pettingzoo
 import tyro
 
 import asv_env
-from asv_env import PRESETS, SCENARIOS, TASKS, files
+from asv_env import DIFFICULTIES, PRESETS, SCENARIOS, TASKS, files
 from asv_env.checks import choice
 from asv_env.params import ACTION_MODES
 from asv_env.text import one_line
@@ -48,6 +49,7 @@ class Options:
     num_boats: int | None = None  #: number of boats, 2 to 100; by default the preset's
     scenario: str = "nominal"  #: disturbances
     preset: str = "nominal"  #: world
+    difficulty: str = "standard"  #: how hard the world is
     seed: int = 0  #: seed of the initial state
 
 
@@ -76,7 +78,12 @@ def report() -> str:
         gym_id = f"asv_env/{task.capitalize()}-v0"
         zoo_id = f"asv_env/{task}-v0" if registered else "needs pettingzoo 1.27"
         lines += [f"  {task:26} {gym_id:24} {zoo_id}"]
-    kinds = {"Scenarios": SCENARIOS, "Presets": PRESETS, "Action modes": ACTION_MODES}
+    kinds = {
+        "Difficulties": DIFFICULTIES,
+        "Scenarios": SCENARIOS,
+        "Presets": PRESETS,
+        "Action modes": ACTION_MODES,
+    }
     lines += ["", *(f"{kind:13} {', '.join(known)}" for kind, known in kinds.items())]
     return "\n".join([*lines, USES])
 
@@ -95,7 +102,8 @@ def draw(options: Options, path: Path) -> None:
     import imageio.v3 as imageio  # an extra
 
     world = options.task, options.num_boats, options.scenario
-    env = asv_env.JointEnv(*world, render_mode="rgb_array", preset=options.preset)
+    named: dict[str, Any] = {"preset": options.preset, "difficulty": options.difficulty}
+    env = asv_env.JointEnv(*world, render_mode="rgb_array", **named)
     env.reset(seed=options.seed)
     picture = env.render()
     env.close()

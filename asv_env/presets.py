@@ -1,8 +1,9 @@
 """Named sets of parameters, and the one place where options become ``EnvParams``.
 
 A *preset* is a world (the nominal one, the paper's experiment, its simulation, its tank), a
-*scenario* is a set of disturbances, a *hull* is another vessel or boat than the nominal one. Each
-is a mapping of the parameters that differ from the defaults. Others are registered or given::
+*difficulty* makes it easier or harder, a *scenario* is a set of disturbances, a *hull* is another
+vessel or boat than the nominal one. Each is a mapping of the parameters that differ from the
+defaults. Others are registered or given::
 
     SCENARIOS.register("murky", {"sensors": {"position_noise": 0.03}})
     make_params(scenario={"sensors": {"position_noise": 0.03}})
@@ -60,6 +61,26 @@ SCENARIOS: Registry[Overrides] = Registry(
     },
     _is_mapping,
 )  #: disturbances, by name
+DIFFICULTIES: Registry[Overrides] = Registry(
+    "difficulty",
+    {
+        "easy": {
+            "task": {
+                "goal_distance": (0.2, 0.5),
+                "goal_bearing": 0.3,
+                "goal_turn": 0.3,
+                "start_distance": (0.35, 0.7),
+            }
+        },
+        "standard": {},
+        "hard": {
+            "water": {"gust_speed": 0.01},
+            "variation": {"load": (1.0, 2.0)},
+        },
+    },
+    _is_mapping,
+)
+"""How hard the worlds are, by name, in lengths of the nominal vessel and at its scale."""
 HULLS: Registry[Any] = Registry(
     "hull",
     {"nominal": {}, "no-fins": {"fins": 0.0}},
@@ -103,7 +124,9 @@ SECTIONS = ReadOnlyDict(
     {f.name: f.default_factory for f in fields(EnvParams) if f.default_factory is not MISSING}
 )  #: classes of the sections of parameters, by name
 TASK_OPTIONS = tuple(f.name for f in fields(TaskParams) if f.name != "name")
-ARGUMENTS = ("num_boats", "scenario", "preset", "action_mode", "observation", "scale")
+ARGUMENTS = (
+    *("num_boats", "scenario", "preset", "difficulty", "action_mode", "observation", "scale"),
+)
 OF_ADAPTERS = ("render_mode", "max_episode_steps", "flat")  #: options of an environment alone
 KNOWN = tuple(sorted({*ARGUMENTS, *OF_ADAPTERS, *TASK_OPTIONS, *SECTIONS, "task_params"}))
 """Names of the options of an environment."""
@@ -117,12 +140,14 @@ def make_params(
     action_mode: str = "tracking",
     observation: Sequence[str | observing.Feature] | None = None,
     scale: float | None = None,
+    difficulty: str | Overrides = "standard",
     **options: Any,
 ) -> EnvParams:
     """Returns the parameters of an environment from names and options.
 
-    Options override the scenario, and the scenario overrides the preset. Names of tasks,
-    scenarios and hulls can also be ``"module:ATTRIBUTE"``, which is imported.
+    Options override the scenario, which overrides the difficulty, which overrides the preset.
+    Names of tasks, difficulties, scenarios and hulls can also be ``"module:ATTRIBUTE"``, which is
+    imported.
 
     Args:
         task: Name of a task, or a ``Task``.
@@ -136,6 +161,8 @@ def make_params(
         scale: How many times longer the world is than the nominal one: everything that is not
             in the preset or in ``options``, the scenario included, is scaled by Froude's law;
             None takes the preset's (1, but of published craft, see ``asv_env.params.literature``).
+        difficulty: How hard the worlds are: "easy", "standard", "hard" or another name of
+            ``DIFFICULTIES``, or a mapping of sections to the fields that differ.
         **options: Any field of ``TaskParams`` by its name (``goal``, ``side``,
             ``time_limit`` ...), or a whole section (``boat``, ``vessel``, ``water``,
             ``sensors``, ``clock``, ``task``, ``variation``, ``reward``), as its dataclass or
@@ -155,19 +182,22 @@ def make_params(
     team = check_num_boats(DEFAULT_TEAM.get(preset, 4) if num_boats is None else num_boats)
     given = _by_section(options)
     k = SCALE.checked("scale", SCALES.get(preset, 1.0) if scale is None else scale)
-    layers: tuple[Overrides, ...] = (PRESETS[preset], SCENARIOS.find(scenario), given)
-    for kind, layer in (("preset", layers[0]), ("scenario", layers[1])):
+    named = {
+        "preset": PRESETS[preset],
+        "difficulty": DIFFICULTIES.find(difficulty),
+        "scenario": SCENARIOS.find(scenario),
+    }
+    for kind, layer in named.items():
         for name in layer:
             choice(f"section of the {kind}", name, SECTIONS)
-    layers = (layers[0], overrides(layers[1], SECTIONS, k), given)
+    world, tier, disturbances = named.values()
+    around = (overrides(layer, SECTIONS, k) for layer in (tier, disturbances))
+    layers: tuple[Mapping[str, Any], ...] = (world, *around, given)
 
     boat = _merged(scaled(_preset_boat(preset, team), k), "boat", layers)
     vessel = _vessel(boat, team, preset, k, layers)
-    nominal_task = TaskParams(name=definition.name, time_limit=definition.time_limit)
-    if "arena" not in _as_mapping(PRESETS[preset].get("task", {}), "task"):
-        nominal_task = nominal_task.scaled(vessel.length / (k * NOMINAL_LENGTH))
-    nominal_task = scaled(nominal_task, k)
-    sections = {"boat": boat, "vessel": vessel, "task": _merged(nominal_task, "task", layers)}
+    task_params = _task(definition, vessel.length / (k * NOMINAL_LENGTH), k, layers, tier)
+    sections = {"boat": boat, "vessel": vessel, "task": task_params}
     if sections["task"].name != definition.name:
         choice("name of the task", sections["task"].name, TASKS)
         raise ValueError(
@@ -180,6 +210,24 @@ def make_params(
     params = EnvParams(definition, team, action_mode, features, **sections, scale=k)
     observing.features(params)
     return params
+
+
+def _task(
+    definition: Task, grown: float, k: float, layers: Sequence[Mapping[str, Any]], tier: Overrides
+) -> TaskParams:
+    """Returns the numbers of a task at scale k, for a vessel ``grown`` times the nominal length.
+
+    Those of a preset with an arena of its own do not grow with the vessel; those of a difficulty
+    always do.
+    """
+    world, _, *above = layers
+    nominal = TaskParams(name=definition.name, time_limit=definition.time_limit)
+    eased = scaled(_merged(nominal, "task", (tier,)).scaled(grown), k)
+    of_tier = {name: getattr(eased, name) for name in _as_mapping(tier.get("task", {}), "task")}
+    if "arena" not in _as_mapping(world.get("task", {}), "task"):
+        nominal = nominal.scaled(grown)
+    task: TaskParams = _merged(scaled(nominal, k), "task", (world, {"task": of_tier}, *above))
+    return task
 
 
 def _preset_boat(preset: str, team: int) -> BoatParams:

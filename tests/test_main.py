@@ -23,7 +23,7 @@ def test_the_report_names_all_there_is(capsys: pytest.CaptureFixture[str]) -> No
     report = capsys.readouterr().out
     for name in ("pymunk", asv_env.__version__, "asv_env/Push-v0"):
         assert name in report
-    for name in (*asv_env.SCENARIOS, *asv_env.PRESETS):
+    for name in (*asv_env.SCENARIOS, *asv_env.PRESETS, *asv_env.DIFFICULTIES):
         assert name in report
 
 

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from baselines.evaluate.conditions import Suite
 
 PROGRAM = "python -m baselines.evaluate"
-SWEEP = ("scenario", "num_boats", "preset", "seed", "goal", "random_goals")  #: what a suite settles
+SWEEP = ("scenario", "num_boats", "preset", "difficulty", "seed", "goal", "random_goals")
+"""Options that a suite settles."""
 LONG = 80  #: number of characters at which the name of the default folder is cut
 PASSED = ("workers", "num_envs", "replays", "record", "overwrite", "trust_pickles")
 """Options that are arguments of ``compare`` as they are."""
@@ -56,6 +57,8 @@ class Options:
     preset: str | None = None
     """preset of a sweep: nominal, experiment, paper_simulation, tank, tank-calibrated, otter,
     heron, cybership2"""
+    difficulty: str | None = None
+    """difficulty of a sweep: easy, standard, hard; with one, each episode draws a goal"""
     seed: int | None = None  # seed of the first episode of a sweep; by default 0
     goal: tuple[float, float, float] | None = None
     """goal of a sweep, the pose x y heading of the vessel in m, m, rad; by default the paper's"""
@@ -91,9 +94,10 @@ class Options:
             self.scenario or ("nominal",),
             self.num_boats or (None,),
             self.preset or "nominal",
-            None if self.random_goals else self.goal or PAPER_GOAL,
+            None if self.random_goals or self.difficulty else self.goal or PAPER_GOAL,
             self.seed or 0,
             100 if self.episodes is None else self.episodes,
+            self.difficulty or "standard",
         )
 
     def named_policies(self) -> dict[str, list[str]]:

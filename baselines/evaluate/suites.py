@@ -176,10 +176,12 @@ def sweep(
     goal: tuple[float, ...] | None = None,
     seed: int = 0,
     episodes: int = 100,
+    difficulty: str = "standard",
 ) -> Suite:
     """Returns a suite with a condition for each combination of task, scenario and team size.
 
-    They are as in ``Condition``, seed and episodes as in ``Suite``. The goal is a pose of the
+    They are as in ``Condition``, seed and episodes as in ``Suite``, the difficulty as in
+    ``make_params``. The goal is a pose of the
     vessel, m, m, rad; None draws one for each episode.
 
     Raises:
@@ -193,6 +195,8 @@ def sweep(
     if seed >= seeds.TRAINING.stop:
         raise ValueError(f"seed={seed}: must lie below {seeds.TRAINING.stop}")
     options: dict[str, Any] = {} if goal is None else {"goal": goal}
+    if difficulty != "standard":
+        options["difficulty"] = difficulty
     conditions = []
     for one_task, one_scenario, team in product(task, scenario, num_boats):
         condition = Condition("", "", None, one_task, one_scenario, preset, team, options)
