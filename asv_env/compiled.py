@@ -16,6 +16,7 @@ from numba.experimental import structref
 
 LAWS = (
     "compiled.py",
+    "capsules.py",
     "geometry.py",
     *(f"{room}/*.py" for room in ("params", "physics", "sensing", "tasks")),
 )  #: files with laws and constants

@@ -74,6 +74,13 @@ def mirrored(pose: Float, side: Float) -> Float:
     return pose * (signs if pose.ndim == 2 else signs[:, None])
 
 
+def mirrored_rows(obstacle: Float, side: Float) -> Float:
+    """Returns obstacles (W, M, 5), mirrored at the x axis where ``side`` (W,) is -1."""
+    signs = np.ones((len(side), 1, 5))
+    signs[:, 0, 1] = signs[:, 0, 3] = side
+    return obstacle * signs
+
+
 def rectangle(length: float, width: float) -> list[tuple[float, float]]:
     """Returns the corners of a rectangle round the origin, counter-clockwise, m."""
     x, y = length / 2, width / 2

@@ -21,13 +21,14 @@ from asv_env.params import (
     HullParams,
     TaskParams,
     VesselParams,
+    obstacle_params,
     pitches,
 )
 from asv_env.params.literature import CRAFT
-from asv_env.params.scaling import SCALE, overrides, scaled
+from asv_env.params.scaling import SCALE, overrides, scaled, scaled_shapes
 from asv_env.registry import ReadOnlyDict, Registry
 from asv_env.sensing import observation as observing
-from asv_env.tasks import TASKS, Task
+from asv_env.tasks import TASKS, Task, layouts
 from asv_env.text import shown
 
 Overrides = Mapping[str, Mapping[str, Any]]  #: fields that differ, by section
@@ -88,6 +89,18 @@ HULLS: Registry[Any] = Registry(
 )
 """Hulls by name, for the options ``vessel`` and ``boat``."""
 
+OBSTACLES: Registry[Any] = Registry(
+    "layout of obstacles",
+    {
+        "none": (),
+        "pillars": layouts.Pillars(),
+        "channel": layouts.Channel(),
+        "dock": layouts.Dock(),
+    },
+    lambda thing: callable(thing) or isinstance(thing, tuple | list),
+)
+"""Obstacles by name: layouts, or lists of shapes."""
+
 CRAFT_CLOCK = {"physics": 50, "sensing": 5, "control": 5}
 EXPERIMENT: Overrides = {
     "clock": {"physics": 100, "sensing": 20, "control": 10},
@@ -128,7 +141,9 @@ ARGUMENTS = (
     *("num_boats", "scenario", "preset", "difficulty", "action_mode", "observation", "scale"),
 )
 OF_ADAPTERS = ("render_mode", "max_episode_steps", "flat")  #: options of an environment alone
-KNOWN = tuple(sorted({*ARGUMENTS, *OF_ADAPTERS, *TASK_OPTIONS, *SECTIONS, "task_params"}))
+KNOWN = tuple(
+    sorted({*ARGUMENTS, *OF_ADAPTERS, *TASK_OPTIONS, *SECTIONS, "task_params", "obstacles"})
+)
 """Names of the options of an environment."""
 
 
@@ -168,6 +183,8 @@ def make_params(
             ``sensors``, ``clock``, ``task``, ``variation``, ``reward``), as its dataclass or
             as a mapping of the fields that differ. The section ``task`` has the name
             ``task_params`` here. ``boat`` and ``vessel`` may be names of ``HULLS``.
+            ``obstacles`` is a name of ``OBSTACLES``, a mapping with its ``name`` and the numbers
+            that differ, a layout, or a list of ``Circle``, ``Segment`` and ``Polygon``.
 
     Returns:
         Validated parameters. The vessel grows with the team unless its length is given;
@@ -189,9 +206,9 @@ def make_params(
     }
     for kind, layer in named.items():
         for name in layer:
-            choice(f"section of the {kind}", name, SECTIONS)
+            choice(f"section of the {kind}", name, (*SECTIONS, "obstacles"))
     world, tier, disturbances = named.values()
-    around = (overrides(layer, SECTIONS, k) for layer in (tier, disturbances))
+    around = (_at_scale(layer, k) for layer in (tier, disturbances))
     layers: tuple[Mapping[str, Any], ...] = (world, *around, given)
 
     boat = _merged(scaled(_preset_boat(preset, team), k), "boat", layers)
@@ -207,6 +224,8 @@ def make_params(
     for name in [name for name in SECTIONS if name not in sections]:
         sections[name] = _merged(scaled(SECTIONS[name](), k), name, layers)
     features: Any = observation
+    given_obstacles = [layer["obstacles"] for layer in layers if "obstacles" in layer]
+    sections["obstacles"] = _obstacles(given_obstacles[-1]) if given_obstacles else ()
     params = EnvParams(definition, team, action_mode, features, **sections, scale=k)
     observing.features(params)
     return params
@@ -264,13 +283,36 @@ def _by_section(options: Mapping[str, Any]) -> dict[str, Any]:
         elif name in ("boat", "vessel"):
             word = plain(value)
             given[name] = HULLS.find(word, name) if isinstance(word, str) else value
-        elif name in SECTIONS and name != "task":
+        elif name in (*SECTIONS, "obstacles") and name != "task":
             given[name] = value
         else:
             refuse_option(name, KNOWN)
     if flat:
         given["task"] = {**_as_mapping(given.get("task", {}), "task_params"), **flat}
     return given
+
+
+def _at_scale(layer: Overrides, k: float) -> dict[str, Any]:
+    """Returns overrides as they are in a world ``k`` times as long, obstacles among them."""
+    sections = {name: section for name, section in layer.items() if name != "obstacles"}
+    result = overrides(sections, SECTIONS, k)
+    if "obstacles" in layer:
+        result["obstacles"] = scaled_shapes(_obstacles(layer["obstacles"]), k)
+    return result
+
+
+def _obstacles(given: Any) -> Any:
+    """Returns obstacles as ``EnvParams`` takes them, from what an option may be."""
+    word = plain(given)
+    if isinstance(word, Mapping) and "name" in word:
+        found = OBSTACLES.find(word["name"], "obstacles")
+        numbers = {name: value for name, value in word.items() if name != "name"}
+        known = [f.name for f in fields(found)] if is_dataclass(found) else []
+        for name in numbers:
+            choice(f"number of the layout {shown(word['name'])}", name, known)
+        return replace(found, **numbers) if numbers else found
+    found = OBSTACLES.find(word, "obstacles") if isinstance(word, str) else word
+    return obstacle_params.checked(found)
 
 
 def _merged(base: Any, section: str, layers: tuple[Mapping[str, Any], ...]) -> Any:

@@ -14,6 +14,7 @@ from asv_env.checks import Whole, called
 from asv_env.geometry import plane, xy
 from asv_env.numerics import numerics
 from asv_env.params import EnvParams
+from asv_env.params.obstacle_params import grouping
 from asv_env.physics import water
 from asv_env.physics.dynamics import Dynamics
 from asv_env.sensing import observation
@@ -105,8 +106,10 @@ class Simulation:
             occupied=np.zeros((worlds, team), dtype=np.bool_),
             touching=np.zeros((worlds, team, 2), dtype=np.bool_),
             closed=none,
+            obstacle=np.zeros((worlds, int(grouping(self.params).groups[-1]), 5)),
             contact_force=np.zeros((worlds, team)),
             gust=np.zeros((worlds, 2)),
+            aground=none,
             occupied_ticks=np.zeros(worlds, dtype=np.int64),
             delivered_ticks=np.zeros(worlds, dtype=np.int64),
             anchored=none,
@@ -190,7 +193,7 @@ class Simulation:
         function, task = self._initial_states, self._task.name
         sampled = self.params, self._rngs[world], given
         start = called("initial states of task", task, function, *sampled)
-        return initial_state.checked(start, self.params)
+        return initial_state.checked(start, self.params, self._rngs[world])
 
     def _begin(self, state: State, world: int, start: InitialState) -> None:
         """Places one world of a state at the beginning of an episode, in place."""
@@ -206,6 +209,8 @@ class Simulation:
         state.working[world] = self._failure_tick[world] != 0
         state.touching[world] = False
         state.contact_force[world] = 0.0
+        state.aground[world] = False
+        state.obstacle[world] = start.obstacle
         state.side[world] = start.side
         anchored = self.params.task.goal_anchor == "world"
         state.anchored[world] = anchored or self._task.starts_grasped

@@ -91,7 +91,9 @@ class Situation(Standing):
     side: Float  #: (W,) +1 where the team pushes from the vessel's +n side, -1 from the other
     anchored: Bool  #: (W,) whether the goal is final, see ``TaskParams.goal_anchor``
     working: Bool  #: (W, A) whether the boat's thrusters work
-    touching: Bool  #: (W, A, 2) whether the hull touches the vessel, another boat
+    touching: Bool  #: (W, A, 2) whether the hull touches the vessel, another boat or an obstacle
+    #: (W, M, 5) obstacles and walls, rows of ``asv_env.capsules``: both ends and the radius, m
+    obstacle: Float
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,7 @@ class State(Situation):
 
     motion: Float  #: (W, B, 6) x m, y m, heading rad, vx m/s, vy m/s, yaw rate rad/s; world frame
     thrust: Float  #: (W, A, 2) present thrust of the left and right thruster, N
+    aground: Bool  #: (W,) whether the vessel touches an obstacle
     #: (W, A) mean size of the force between boat and vessel since the last tick, N
     contact_force: Float
     gust: Float  #: (W, 2) velocity that gusts add to the current, m/s
@@ -135,6 +138,8 @@ class InitialState:
     #: (A,) control tick at which the boat's thrusters fail, from the beginning of the episode or
     #: from closure on (see ``VariationParams.failure_clock``); -1 never
     failure_tick: Int
+    #: (M, 5) obstacles, the walls last, as in ``State``; None takes those of the parameters
+    obstacle: Float | None = None
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ def mirror_image(sensed: Sensed, side: Float) -> Sensed:
         estimate=geometry.mirrored(sensed.estimate, side),
         goal=geometry.mirrored(sensed.goal, side),
         slot=sensed.slot.real + 1j * sensed.slot.imag * side[:, None],
+        obstacle=geometry.mirrored_rows(sensed.obstacle, side),
     )
 
 
@@ -43,6 +44,7 @@ def at_scale(sensed: Sensed, factor: float) -> Sensed:
         estimate=sensed.estimate * motion,
         goal=sensed.goal * motion[:3],
         slot=sensed.slot * factor,
+        obstacle=sensed.obstacle * factor,
     )
 
 

@@ -13,7 +13,7 @@ GROUND = {
     f"asv_env.{name}"
     for name in (
         *("types", "text", "checks", "files", "geometry", "numerics", "registry", "params"),
-        *("compiled", "threads", "memo"),
+        *("compiled", "threads", "memo", "capsules"),
     )
 }
 WORLD = {
@@ -37,6 +37,7 @@ ROOMS = {
     "asv_env.threads": GROUND,
     "asv_env.registry": GROUND,
     "asv_env.geometry": GROUND,
+    "asv_env.capsules": GROUND,
     "asv_env.params": GROUND,
     "asv_env.physics": GROUND,
     "asv_env.tasks": GROUND,

@@ -280,12 +280,12 @@ def test_something_else_than_an_initial_state_is_refused():
 def test_initial_state_is_taken_as_it_is_and_kept_apart():
     params = make_params(scenario="harsh", task="push")
     given_state = start(params)
-    taken = checked(given_state, params)
+    taken = checked(given_state, params, np.random.default_rng(0))
     for name, value in vars(given_state).items():
         np.testing.assert_array_equal(getattr(taken, name), value)
         if isinstance(value, np.ndarray):
             assert not np.shares_memory(getattr(taken, name), value)
     given_state.motion[:, 2] = 7.0
-    turned = checked(given_state, params)
+    turned = checked(given_state, params, np.random.default_rng(0))
     np.testing.assert_allclose(turned.motion[:, 2], 7.0 - 2 * math.pi)
     assert isinstance(turned, InitialState)

@@ -488,7 +488,7 @@ def judged(params, before, after, reached=False, strayed=False, tick=1, distance
     """Weighted terms of one tick between two potentials (3,), of idle boats; and their sums."""
     happened = payment.Happened(
         np.array([reached]), np.array([strayed]), np.array([tick]),
-        np.zeros((1, 4, 2)), np.zeros((1, 4, 2), bool),
+        np.zeros((1, 4, 2)), np.zeros((1, 4, 2), bool), np.zeros(1, bool),
     )  # fmt: skip
     paid, weight = reward.blank_payments(1, 4), reward.Terms(reward.TERMS, params).weight
     worth = payment.Worth(np.reshape(after, (1, 3)), np.array([[distance, 0.0]]))

@@ -6,8 +6,9 @@ from itertools import islice
 from typing import Annotated, Any, Self
 
 from asv_env.checks import LARGEST_TEAM, Name, Whole, check_fields, plain
+from asv_env.params import obstacle_params
 from asv_env.params.hull_params import BoatParams, VesselParams
-from asv_env.params.scaling import SCALE, scaled
+from asv_env.params.scaling import SCALE, scaled, scaled_shapes
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import RewardParams, TaskParams
 from asv_env.text import shown
@@ -35,8 +36,8 @@ class EnvParams:
 
     Raises:
         ValueError: a world that could not begin, such as a team that does not fit the vessel,
-            slots, boats or goals outside the walls or the arena, more failures than boats can
-            bear; or one whose sizes or thrusts are too far apart to be computed.
+            slots, boats or goals outside the walls or the arena, or in obstacles, more failures
+            than boats can bear; or one whose sizes or thrusts are too far apart to be computed.
         TypeError: a section that is not of its class.
     """
 
@@ -54,12 +55,15 @@ class EnvParams:
     task: TaskParams = field(default_factory=TaskParams)
     variation: VariationParams = field(default_factory=VariationParams)
     reward: RewardParams = field(default_factory=RewardParams)
+    # Shapes, or a function that samples them, see ``asv_env.params.obstacle_params``.
+    obstacles: Any = ()
     #: how many times longer the world is than the nominal one, by Froude's law
     scale: Annotated[float, SCALE] = 1.0
 
     def __post_init__(self) -> None:
         check_fields(self)
         object.__setattr__(self, "observation", _features(self.observation))
+        object.__setattr__(self, "obstacles", obstacle_params.checked(self.obstacles))
         for f in fields(self):
             section, kind = getattr(self, f.name), f.default_factory
             if isinstance(kind, type) and not isinstance(section, kind):
@@ -70,6 +74,8 @@ class EnvParams:
         self._check_sizes()
         self._check_places()
         self.hulls()  # Their drag must be computable too.
+        if isinstance(self.obstacles, tuple):
+            obstacle_params.rows(self, self.obstacles)
         self.definition.check(self)
 
     def _check_team(self) -> None:
@@ -202,7 +208,8 @@ class EnvParams:
         """Returns the parameters of a world ``factor`` times as long, by Froude's law."""
         names = ("boat", "vessel", "water", "sensors", "clock", "task", "variation", "reward")
         sections = {name: scaled(getattr(self, name), factor) for name in names}
-        return replace(self, **sections, scale=self.scale * factor)
+        obstacles = scaled_shapes(self.obstacles, factor)
+        return replace(self, **sections, obstacles=obstacles, scale=self.scale * factor)
 
     def hulls(self) -> tuple[VesselParams, BoatParams]:
         """Returns vessel and boat as they move: with fins, and linear drag if asked for."""

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from asv_env.checks import Number
 from asv_env.params.hull_params import BoatParams, HullParams, VesselParams
+from asv_env.params.obstacle_params import Circle, Polygon, Segment
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import RewardParams, TaskParams
 
@@ -47,6 +48,9 @@ EXPONENTS: dict[type, Exponents] = {
         "passing_yaw_rate": -0.5,
     },
     RewardParams: {"time": -0.5, "effort": -0.5, "collision": -0.5},
+    Circle: {"centre": 1, "radius": 1},
+    Segment: {"start": 1, "end": 1, "radius": 1},
+    Polygon: {"corners": 1},
 }  # fmt: skip
 """Powers of the scale by which numbers of parameters grow; those that are left out stay."""
 MOTION = (1.0, 1.0, 0.0, 0.5, 0.5, -0.5)
@@ -67,6 +71,13 @@ def scaled(section: Section, factor: float) -> Section:
     return replace(section, **changes)  # type: ignore[type-var]
 
 
+def scaled_shapes(obstacles: Any, factor: float) -> Any:
+    """Returns the obstacles of a world so many times as long; layouts fit worlds of any size."""
+    if not isinstance(obstacles, tuple):
+        return obstacles
+    return tuple(scaled(shape, factor) for shape in obstacles)
+
+
 def overrides(layer: Mapping[str, Any], kinds: Mapping[str, Any], factor: float) -> dict[str, Any]:
     """Returns sections, or mappings of their fields, as they are in a world so many times as long.
 
@@ -79,6 +90,9 @@ def overrides(layer: Mapping[str, Any], kinds: Mapping[str, Any], factor: float)
         return dict(layer)
     result: dict[str, Any] = {}
     for name, section in layer.items():
+        if name not in kinds:  # no section: ``scaled_shapes`` is for obstacles
+            result[name] = section
+            continue
         kind = kinds[name]
         if not isinstance(section, Mapping):
             result[name] = scaled(section, factor)
@@ -99,7 +113,7 @@ def _times(value: Any, exponent: float | tuple[float, ...], factor: float) -> An
         return value
     if isinstance(value, tuple | list):
         powers = exponent if isinstance(exponent, tuple) else (exponent,) * len(value)
-        return tuple(v * factor**p for v, p in zip(value, powers, strict=True))
+        return tuple(_times(v, p, factor) for v, p in zip(value, powers, strict=True))
     return value * factor**exponent  # type: ignore[operator]
 
 

@@ -124,7 +124,9 @@ class RewardParams:
     strayed: Weight = 4.0  #: penalty for leaving the arena
     time: Weight = 0.05  #: penalty of a second
     effort: Weight = 0.001  #: penalty of a second at full thrust
-    collision: Weight = 0.01  #: penalty of a second in contact with another boat or a wall
+    #: penalty of a second in which a boat touches another one or an obstacle, or the vessel an
+    #: obstacle
+    collision: Weight = 0.01
 
     def __post_init__(self) -> None:
         check_fields(self)

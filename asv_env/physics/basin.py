@@ -1,7 +1,7 @@
 """Rigid bodies with contact, one Space for each world. The only maker of Pymunk's objects.
 
-Bodies are made once and then placed, never removed: Pymunk's C code visits them in the order in
-which they were added, the vessel first.
+Bodies and obstacles are made once and then placed, never removed: Pymunk's C code visits them in
+the order in which they were added, the vessel first.
 """
 
 from dataclasses import dataclass
@@ -11,16 +11,17 @@ import numpy as np
 import pymunk
 
 from asv_env.params import EnvParams, HullParams
+from asv_env.params.obstacle_params import grouping
 from asv_env.physics import kernel, memory, native
 from asv_env.physics.exchange import IDS, SLACK, Requests, address, fields
 from asv_env.physics.kernel import Bodies, Wires
 from asv_env.types import Float
 
-WALL_THICKNESS = 0.5  #: thickness of a wall, m
 CELLS_PER_BODY = 10  #: size of the spatial hash table; it orders the contacts
 ITERATIONS = 30  #: of the contact solver in a step, see benchmarks/convergence.py
 SLOP = 1e-4  #: depth to which hulls may overlap, m at scale 1
 BIAS = 0.9**60  #: share of a deeper overlap that is left after a second at scale 1: Chipmunk's
+SHORTEST = 1e-6  #: length of a round obstacle, m at scale 1: a segment of none has no normal
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class BasinSnapshot:
     motion: Float  #: (W, B, 6) motion after the last step
     direction: Float  #: (W, B, 2) cosine and sine of the headings then
     contacts: list[memory.Contacts]  #: of each world, in the last step
+    obstacles: Float  #: (W, M, 5) rows of ``asv_env.capsules``
 
 
 class Basin:
@@ -51,12 +53,16 @@ class Basin:
             np.zeros((num_worlds, count, 2)),
             np.zeros((num_worlds, team, 2), dtype=np.bool_),
             np.zeros((num_worlds, team)),
+            np.zeros(num_worlds, dtype=np.bool_),
         )
-        made = [self._make_world() for _ in range(num_worlds)]
+        rows = int(grouping(params).groups[-1])
+        #: (W, M, 5) where the obstacles are; nowhere yet
+        self._placed = np.full((num_worlds, rows, 5), np.nan)
+        made = [self._make_world(rows) for _ in range(num_worlds)]
         self._spaces = [space for space, _, _ in made]
         self._bodies = [bodies for _, bodies, _ in made]
-        self._walls = [walls for _, _, walls in made]
-        pairs = count * (count - 1) // 2 + 4 * count
+        self._obstacles = [obstacles for _, _, obstacles in made]
+        pairs = count * (count - 1) // 2 + rows * count
         impulse = np.zeros((num_threads, 2 * pairs + SLACK))
         contact_id = np.zeros((num_threads, IDS * pairs + SLACK), dtype=np.int64)
         self._contacts = Requests(impulse, contact_id)
@@ -96,8 +102,13 @@ class Basin:
             kernel.read(self.wires, self.bodies, world)
         self.bodies.touching[...] = True  # ``clear`` shall forget these contacts.
 
-    def _make_world(self) -> tuple[pymunk.Space, list[pymunk.Body], list[pymunk.Segment]]:
-        """Returns a Space with the bodies of one world at its origin, these, and its walls."""
+    def _make_world(
+        self, rows: int
+    ) -> tuple[pymunk.Space, list[pymunk.Body], list[pymunk.Segment]]:
+        """Returns a Space with the bodies of one world at its origin, these, and its obstacles.
+
+        So many obstacles are far away until they are placed.
+        """
         space = pymunk.Space()
         space.use_spatial_hash(self._hulls[0].length, CELLS_PER_BODY * len(self._hulls))
         space.iterations = ITERATIONS
@@ -105,9 +116,13 @@ class Basin:
         space.collision_bias = BIAS ** (self._params.scale**-0.5)
         # Contacts that have ended are forgotten at once; ``place`` forgets the others.
         space.collision_persistence = 1
-        half = self._params.water.walls
-        walls = [] if half is None else _add_walls(space, half)
-        return space, [_add_hull(space, hull) for hull in self._hulls], walls
+        away = 2 * self._params.task.arena + self._hulls[0].length * (10 + len(self._hulls))
+        obstacles = [
+            pymunk.Segment(space.static_body, (away, away), (away + SHORTEST, away), 0.0)
+            for _ in range(rows)
+        ]
+        space.add(*obstacles)
+        return space, [_add_hull(space, hull) for hull in self._hulls], obstacles
 
     @property
     def motion(self) -> Float:
@@ -134,7 +149,8 @@ class Basin:
             self.moved = True
         bodies = [[memory.remembered(body) for body in world] for world in self._bodies]
         motion = self.motion, self.bodies.direction
-        return BasinSnapshot(np.array(bodies), *motion, list(map(memory.contacts, self._spaces)))
+        contacts = list(map(memory.contacts, self._spaces))
+        return BasinSnapshot(np.array(bodies), *motion, contacts, self._placed)
 
     def restore(self, snapshot: BasinSnapshot) -> None:
         """Continues as the basin did, with the same arguments, whose ``snapshot`` this is.
@@ -142,6 +158,9 @@ class Basin:
         A step in which the bodies rest where they were finds the same contacts again.
         """
         self.motion[...], self.bodies.direction[...] = snapshot.motion, snapshot.direction
+        for world, rows in enumerate(snapshot.obstacles):
+            if not np.isnan(rows).any():
+                self.put_obstacles(world, rows)
         at_rest = snapshot.bodies.copy()
         at_rest[..., :3], at_rest[..., 3:6] = snapshot.motion[..., :3], 0.0
         self._put(at_rest)
@@ -156,8 +175,8 @@ class Basin:
         """Gives all bodies what ``memory.remembered`` returned, (W, B, 9); they stay there."""
         for world, rows in enumerate(bodies):
             kernel.put(self.wires, world, rows)
-            for wall in self._walls[world]:
-                wall.friction = rows[0, -1].item()
+            for obstacle in self._obstacles[world]:
+                obstacle.friction = rows[0, -1].item()
         for body in chain.from_iterable(self._bodies):
             body.position_func = memory.stay
 
@@ -169,11 +188,26 @@ class Basin:
         if self.moved:
             for body in self._bodies[world]:
                 body.position_func = pymunk.Body.update_position
-        if self._walls[world] or self.bodies.touching[world].any():
+        if self._obstacles[world] or self.bodies.touching[world].any():
             for body in self._bodies[world]:
                 memory.forget_contacts(body)
-        for wall in self._walls[world]:
-            wall.friction = root
+        for obstacle in self._obstacles[world]:
+            obstacle.friction = root
+
+    def put_obstacles(self, world: int, rows: Float) -> None:
+        """Places the obstacles of a world, (M, 5) rows of ``asv_env.capsules``."""
+        if np.array_equal(self._placed[world], rows):
+            return
+        self._placed[world] = rows
+        shortest = SHORTEST * self._params.scale
+        for obstacle, (ax, ay, bx, by, radius) in zip(
+            self._obstacles[world], rows.tolist(), strict=True
+        ):
+            if ax == bx and ay == by:
+                bx += shortest
+            obstacle.unsafe_set_endpoints((ax, ay), (bx, by))
+            obstacle.unsafe_set_radius(radius)
+        self._spaces[world].reindex_static()
 
 
 def _add_hull(space: pymunk.Space, hull: HullParams) -> pymunk.Body:
@@ -181,13 +215,3 @@ def _add_hull(space: pymunk.Space, hull: HullParams) -> pymunk.Body:
     body = pymunk.Body(hull.contact_mass, hull.total_inertia)
     space.add(body, pymunk.Poly(body, hull.outline))
     return body
-
-
-def _add_walls(space: pymunk.Space, half: float) -> list[pymunk.Segment]:
-    """Adds four walls whose inner sides lie ``half`` m from the origin; returns them."""
-    d = half + WALL_THICKNESS / 2
-    corners = [(-d, -d), (d, -d), (d, d), (-d, d)]
-    sides = zip(corners, corners[1:] + corners[:1], strict=True)
-    walls = [pymunk.Segment(space.static_body, a, b, WALL_THICKNESS / 2) for a, b in sides]
-    space.add(*walls)
-    return walls

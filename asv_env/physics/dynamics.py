@@ -74,6 +74,8 @@ class Dynamics:
         gain = initial.mass_gain
         root = math.sqrt(initial.friction)  # Chipmunk multiplies those of two shapes.
         self.basin.clear(world, root)
+        if initial.obstacle is not None:
+            self.basin.put_obstacles(world, initial.obstacle)
         hulls = np.empty((len(gain), 9))
         hulls[:, :6], hulls[:, 8] = initial.motion, root
         hulls[:, 6] = self._kinds.contact_mass * gain
@@ -171,6 +173,7 @@ class Dynamics:
             "touching": bodies.touching.copy(),
             "contact_force": bodies.contact_force.copy(),
             "gust": self._gusts.velocity.copy(),
+            "aground": bodies.aground.copy(),
         }
         for array in fields.values():
             array.setflags(write=False)

@@ -77,8 +77,9 @@ class Bodies(NamedTuple):
 
     motion: Float  #: (W, B, 6) world frame; headings are not wrapped
     direction: Float  #: (W, B, 2) cosine and sine of the headings
-    touching: Bool  #: (W, A, 2) whether a hull touches the vessel, another boat or a wall
+    touching: Bool  #: (W, A, 2) whether a hull touches the vessel, another boat or an obstacle
     contact_force: Float  #: (W, A) mean force between boat and vessel in the steps, N
+    aground: Bool  #: (W,) whether the vessel touches an obstacle
 
 
 @compiled
@@ -173,7 +174,7 @@ def feel(wires: Wires, bodies: Bodies, world: int, thread: int, share: float) ->
     native.visit(each, wires.space[world], visitor, wires.contact[thread])
     found, impulse = wires.contact_id[thread], wires.impulse[thread]
     touching, body_id = bodies.touching[world], wires.body_id[world]
-    touching[:] = False
+    touching[:] = bodies.aground[world] = False
     for k in range(wires.id_count[thread, 0] // IDS):
         if found[IDS * k + 2] == 0:
             continue
@@ -185,6 +186,8 @@ def feel(wires: Wires, bodies: Bodies, world: int, thread: int, share: float) ->
         if a * b == 0 and a + b > 0:
             size = math.hypot(impulse[2 * k], impulse[2 * k + 1])
             bodies.contact_force[world, a + b - 1] += share * size
+        elif a + b < 0:
+            bodies.aground[world] = True  # The vessel's row is 0, that of an obstacle -1.
 
 
 @compiled

@@ -1,16 +1,29 @@
-"""What does not move in a picture: grid, streamlines of the current, walls."""
+"""What does not move in a picture: grid, streamlines of the current, walls, obstacles."""
 
 import math
 
 import numpy as np
 
+from asv_env.capsules import POLYGON
 from asv_env.params import WaterParams
+from asv_env.params.obstacle_params import grouping
 from asv_env.physics import water
 from asv_env.render.canvas import Canvas
-from asv_env.render.colours import FLOW, GRID, LAND, QUAY, WATER, mix
+from asv_env.render.colours import (
+    FLOW,
+    GRID,
+    LAND,
+    QUAY,
+    SHADOW,
+    STONE,
+    STONE_EDGE,
+    WATER,
+    mix,
+)
 from asv_env.render.layout import Layout
 from asv_env.types import Complex, Float
 
+CAP = 24  #: points of the round end of an obstacle
 FLOW_SPACING = 56.0  #: distance between neighbouring streamlines, px
 FLOW_LENGTH = 44.0  #: length of a streamline where the water is fastest, px
 
@@ -24,6 +37,31 @@ def paint_backdrop(canvas: Canvas, layout: Layout) -> None:
             paint_streamline(canvas, line, unit)
     if walls is not None:
         paint_walls(canvas, layout, walls)
+
+
+def paint_obstacles(canvas: Canvas, layout: Layout, obstacle: Float) -> None:
+    """Paints obstacles and their shadows; ``obstacle`` is (M, 5), as in ``State``."""
+    groups, walls = grouping(layout.params)
+    shown = range(len(groups) - 1 - walls)
+    outlines = [_solid(layout, obstacle[groups[g] : groups[g + 1]]) for g in shown]
+    unit = layout.unit
+    for outline in outlines:
+        canvas.fill(outline + np.array([1.5, 2.2]) * unit, SHADOW)
+    for outline in outlines:
+        canvas.lines(np.concatenate([outline, outline[:1]]), 3.2 * unit, STONE_EDGE)
+    for outline in outlines:  # Obstacles that overlap are one to the eye.
+        canvas.fill(outline, STONE)
+
+
+def _solid(layout: Layout, rows: Float) -> Float:
+    """Returns the outline (n, 2) px of an obstacle, by its rows (k, 5)."""
+    if len(rows) >= POLYGON:
+        return layout.camera.pixels(rows[:, 0] + 1j * rows[:, 1])
+    ((ax, ay, bx, by, radius),) = rows
+    start, end = complex(ax, ay), complex(bx, by)
+    along = (end - start) / abs(end - start) if end != start else 1.0
+    cap = radius * 1j * along * np.exp(1j * np.linspace(0.0, np.pi, CAP))
+    return layout.camera.pixels(np.concatenate([start + cap, end - cap]))
 
 
 def paint_grid(canvas: Canvas, layout: Layout) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from asv_env.geometry import xy
 from asv_env.params import EnvParams
+from asv_env.params.obstacle_params import grouping
 from asv_env.types import Complex, Float
 
 Box = tuple[complex, complex]  #: lower left and upper right corner, m
@@ -18,6 +19,7 @@ Box = tuple[complex, complex]  #: lower left and upper right corner, m
 ROOM = 0.4  #: clearance round the bodies when an episode begins, vessel lengths
 MARGIN = 0.15  #: clearance round bodies that leave the view, vessel lengths
 NARROWEST = 2.0  #: half the width of the closest view, vessel lengths
+BESIDE = 2.0  #: how far beyond the bodies obstacles are in view, vessel lengths
 WIDEST_WALLS = 5.0  #: walls within this half-width are always in view, vessel lengths
 
 
@@ -46,13 +48,30 @@ class Camera:
         return offset.conj() / self.scale + self.centre
 
 
-def first_box(params: EnvParams, motion: Float, goal: Float | None) -> Box:
+def first_box(params: EnvParams, motion: Float, goal: Float | None, obstacle: Float) -> Box:
     """Returns the square that an episode begins with: bodies, goal, walls nearby, clearance.
 
-    ``motion`` is (B, 6) of one world, ``goal`` a pose (3,), or None where it does not matter.
+    Obstacles are in it as far as they are not much farther away than all others.
+
+    Args:
+        params: parameters of the simulation.
+        motion: (B, 6) of one world.
+        goal: pose (3,), or None where it does not matter.
+        obstacle: (M, 5) of the world, as in ``State``.
     """
     length = params.vessel.length
     low, high = _bounds(params, motion, goal, ROOM * length)
+    rows = obstacle[: len(obstacle) - grouping(params).walls]
+    if len(rows):
+        ends = np.concatenate([rows[:, :2], rows[:, 2:4]]) @ np.array([1, 1j])
+        reach = (np.tile(rows[:, 4], 2) + MARGIN * length) * (1 + 1j)
+        first, last = _around(*(ends - reach), *(ends + reach))
+        room = BESIDE * length * (1 + 1j)
+        first, last = (
+            _within(first, low - room, high + room),
+            _within(last, low - room, high + room),
+        )
+        low, high = _around(low, high, first, last)
     walls = params.water.walls
     if walls is not None and walls <= WIDEST_WALLS * length:
         corner = (walls + MARGIN * length) * (1 + 1j)
@@ -75,6 +94,12 @@ def _bounds(params: EnvParams, motion: Float, goal: Float | None, margin: float)
     radii = np.array([math.hypot(hull.length, hull.width) / 2 for hull in hulls])
     centres, reach = np.array(places) @ np.array([1, 1j]), (radii + margin) * (1 + 1j)
     return _around(*(centres - reach), *(centres + reach))
+
+
+def _within(point: complex, low: complex, high: complex) -> complex:
+    """Returns the point of a box that is nearest to a point."""
+    x = min(max(point.real, low.real), high.real)
+    return complex(x, min(max(point.imag, low.imag), high.imag))
 
 
 def _around(*points: complex) -> Box:

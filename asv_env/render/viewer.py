@@ -11,7 +11,7 @@ from asv_env.checks import choice
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.render import MODES, bodies
-from asv_env.render.backdrop import paint_backdrop
+from asv_env.render.backdrop import paint_backdrop, paint_obstacles
 from asv_env.render.camera import Box, Camera, Trail, first_box, next_box
 from asv_env.render.canvas import Canvas, pygame
 from asv_env.render.captions import paint_gust, paint_header, paint_legend
@@ -91,27 +91,34 @@ class Viewer:
         if self._begins(state, world):
             limit = min(1500, max(200, TRAIL_POINTS // (1 + params.num_boats)))
             self._trail = Trail(0.02 * params.vessel.length, limit)
-            self._look(first_box(params, state.motion, goal))
+            self._look(first_box(params, state.motion, goal, state.obstacle), state.obstacle)
         elif (box := next_box(self._box, params, state.motion, goal)) != self._box:
-            self._look(box)
+            self._look(box, state.obstacle)
         self._trail.record(int(state.tick), plane(state.motion))
 
     def _begins(self, state: State, world: int) -> bool:
         """Returns whether this is another episode than that of the frame before."""
-        poses, tick = np.concatenate([state.goal, state.motion.ravel()]), int(state.tick)
+        poses, tick = (
+            np.concatenate([state.goal, state.motion.ravel(), state.obstacle.ravel()]),
+            int(state.tick),
+        )
         last, self._last = self._last, (world, tick, poses)
         if last is None or last[0] != world:
             return True
         return tick < last[1] or (tick == last[1] and not np.array_equal(poses, last[2]))
 
-    def _look(self, box: Box) -> None:
-        """Points the camera at a box of the world and paints what does not move."""
+    def _look(self, box: Box, obstacle: Float) -> None:
+        """Points the camera at a box of the world and paints what does not move.
+
+        ``obstacle`` is (M, 5) of the world, as in ``State``.
+        """
         width, height = self.size
         self._box = box
         self.camera = Camera.covering(box, 0, self._band, width, height - 2 * self._band)
         self._layout = Layout(self.params, self.camera, self.size, self._band)
         self._still.fill_gradient(WATER_TOP, WATER_BOTTOM)
         paint_backdrop(self._still, self._layout)
+        paint_obstacles(self._still, self._layout, obstacle)
         paint_legend(self._still, self._layout)
 
     def _paint(self, state: State) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from asv_env.compiled import compiled
 from asv_env.geometry import wrapped
 from asv_env.params import EnvParams
+from asv_env.params.obstacle_params import grouping, rows, sampled
 from asv_env.text import shown
 from asv_env.types import Float, InitialState
 
@@ -23,11 +25,14 @@ RANGES = {
     "mass_gain": (1e-3, 1e3),
     "friction": (0.0, 1e2),
     "failure_tick": (-1, 1e15),
+    "obstacle": (-1e6, 1e6),
 }  #: smallest and largest value of each field
 
 
-def checked(start: Any, params: EnvParams) -> InitialState:
+def checked(start: Any, params: EnvParams, rng: np.random.Generator) -> InitialState:
     """Returns an initial state with arrays of its own, headings wrapped.
+
+    Where it has no obstacles, those of the parameters are taken, or sampled.
 
     Raises:
         TypeError: something else than an ``InitialState``.
@@ -35,7 +40,9 @@ def checked(start: Any, params: EnvParams) -> InitialState:
     """
     if not isinstance(start, InitialState):
         raise TypeError(f"initial states: {shown(start)}: return an asv_env.types.InitialState")
-    shapes, low, high = _limits(params.num_boats)
+    if start.obstacle is None:
+        start = replace(start, obstacle=_obstacles(start, params, rng))
+    shapes, low, high = _limits(params.num_boats, int(grouping(params).groups[-1]))
     given = {name: _numbers(getattr(start, name), shapes[name]) for name in RANGES}
     flat = np.concatenate([array.reshape(-1) for array in given.values()])
     fits = all(array.shape == shapes[name] for name, array in given.items())
@@ -48,6 +55,8 @@ def checked(start: Any, params: EnvParams) -> InitialState:
         raise ValueError(f"initial states: side = {values['side']:g}: must be 1 or -1")
     if (values["failure_tick"] >= 0).all():
         raise ValueError("initial states: failure_tick: fewer than all boats may fail")
+    if (values["obstacle"][:, 4] < 0.0).any():
+        raise ValueError("initial states: obstacle: a radius is negative; give 0 or more")
     _wrap_headings(values["motion"], values["goal"])
     values["failure_tick"] = values["failure_tick"].astype(np.int64)
     return InitialState(**values)
@@ -68,11 +77,21 @@ def _numbers(given: Any, shape: tuple[int, ...]) -> Float:
         return np.full(shape, np.nan)
 
 
+def _obstacles(start: InitialState, params: EnvParams, rng: np.random.Generator) -> Float:
+    """Returns the obstacles (M, 5) of an initial state that names none."""
+    shapes = params.obstacles
+    if not isinstance(shapes, tuple):
+        x, y, heading = np.array(start.goal, dtype=np.float64).tolist()
+        shapes = sampled(params, rng, (x, y, heading), start.side)
+    return rows(params, shapes)
+
+
 @cache
-def _limits(team: int) -> tuple[dict[str, tuple[int, ...]], Float, Float]:
+def _limits(team: int, rows: int) -> tuple[dict[str, tuple[int, ...]], Float, Float]:
     """Returns the shapes of the fields by name; and the bounds of all numbers, in their order."""
     own = {"motion": (1 + team, 6), "goal": (3,), "thrust_gain": (team, 2)}
     own |= {"drag_gain": (1 + team,), "mass_gain": (1 + team,), "failure_tick": (team,)}
+    own["obstacle"] = (rows, 5)
     shapes = {name: own.get(name, ()) for name in RANGES}
     bounds = [np.full((math.prod(shapes[name]), 2), RANGES[name]) for name in RANGES]
     low, high = np.concatenate(bounds).T

@@ -28,7 +28,8 @@ class Tally(NamedTuple):
     heading_error_at_min: Float
     path_length: Float  #: (W,) length of the path of the vessel's centre, m
     effort: Float  #: (W,) time at full thrust, averaged over all motors, s
-    collisions: Int  #: (W,) number of times that a boat began to touch a boat or a wall
+    #: (W,) number of times that a boat began to touch a boat, or any hull an obstacle
+    collisions: Int
     episode_return: Float  #: (W,) sum over the ticks of the boats' mean reward
 
 
@@ -65,6 +66,7 @@ class Tick(NamedTuple):
     motion_before: Float
     motion: Float
     touching_before: Bool
+    aground_before: Bool
     closed_before: Bool
     closed: Bool
     occupied: Bool
@@ -106,6 +108,8 @@ def count(
         left, right = happened.thrust[world, boat, 0], happened.thrust[world, boat, 1]
         thrust += abs(left) + abs(right)
         total += reward[world, boat]
+    if happened.aground[world] and not now.aground_before[world]:
+        tally.collisions[world] += 1
     if error[world, 0] < tally.min_position_error[world]:
         tally.min_position_error[world] = error[world, 0]
         tally.heading_error_at_min[world] = error[world, 1]

@@ -40,7 +40,8 @@ class Happened(NamedTuple):
     strayed: Bool  #: (W,) whether a body has left the arena
     tick: Int  #: (W,) control ticks since the episodes began
     thrust: Float  #: (W, A, 2) of the motors, N
-    touching: Bool  #: (W, A, 2) whether boats touch the vessel, another boat or a wall
+    touching: Bool  #: (W, A, 2) whether boats touch the vessel, another boat or an obstacle
+    aground: Bool  #: (W,) whether the vessel touches an obstacle
 
 
 class Payments(NamedTuple):
@@ -163,5 +164,6 @@ def pay(
         squares = thrust[0] * thrust[0] + thrust[1] * thrust[1]
         own[EFFORT] = -prices.effort * squares * weight[SHARED + EFFORT]
         bump = -prices.collision * happened.touching[world, boat, 1]
+        bump -= prices.collision * happened.aground[world]
         own[COLLISION] = bump * weight[SHARED + COLLISION]
         paid.reward[world, boat] = team_reward + (own[EFFORT] + own[COLLISION])

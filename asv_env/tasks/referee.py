@@ -89,6 +89,7 @@ class Before(NamedTuple):
     closed: Bool
     anchored: Bool
     touching: Bool
+    aground: Bool
     tick: Int
     occupied_ticks: Int
     delivered_ticks: Int
@@ -150,6 +151,7 @@ def officiate(
     motion: Float,
     thrust: Float,
     touching: Bool,
+    aground: Bool,
     water: Complex,
     potential: Float,
     page: Page,
@@ -167,6 +169,7 @@ def officiate(
         motion: (W, B, 6) after it.
         thrust: (W, A, 2) after it.
         touching: (W, A, 2) after it.
+        aground: (W,) after it.
         water: (W,) velocity of the water at the vessels, m/s.
         potential: (W, P) before it.
         page: receives what is decided.
@@ -184,9 +187,9 @@ def officiate(
     found = Standings(page.occupied, flags[0], flags[1], flags[2])
     ends = Ends(flags[3], flags[4], flags[5], flags[6], flags[7])
     count_of = Counts(numbers[0], numbers[1], numbers[2])
-    happened = Happened(ends.reached, ends.strayed, count_of.tick, thrust, touching)
-    motions = before.motion, motion
-    now = Tick(*motions, before.touching, before.closed, found.closed, found.occupied)
+    happened = Happened(ends.reached, ends.strayed, count_of.tick, thrust, touching, aground)
+    touched = before.touching, before.aground
+    now = Tick(before.motion, motion, *touched, before.closed, found.closed, found.occupied)
     worth, paid = page.worth, page.paid
     ended, misassigned, finite = 0, 0, True
     for world in range(first, last):
@@ -266,7 +269,7 @@ class Referee:
         state = frozen(made(State, values))
         ending = frozen(made(Ending, dict(zip(Ends._fields, ends, strict=True))))
         were = Before(*[getattr(before, name) for name in Before._fields])
-        after = state.motion, state.thrust, state.touching, water
+        after = state.motion, state.thrust, state.touching, state.aground, water
         ticked = self._book, were, *after, self._worth.potential, page
         done = []
 

@@ -206,9 +206,10 @@ def _paid(now: Transition) -> Payments:
     state, ending = now.state, now.ending
     flags = given(ending.reached, np.bool_), given(ending.strayed, np.bool_)
     seen = given(state.tick, np.int64), given(state.thrust), given(state.touching, np.bool_)
+    aground = given(state.aground, np.bool_)
     worth, paid = evaluated(state, now.params), blank_payments(*state.slot.shape)
     numbers = prices(now.params), np.ones(len(COLUMNS))
-    _pay_all(worth.potential, worth, Happened(*flags, *seen), *numbers, paid)
+    _pay_all(worth.potential, worth, Happened(*flags, *seen, aground), *numbers, paid)
     return paid
 
 

@@ -2,19 +2,23 @@
 
 import cmath
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 
 from asv_env.params import EnvParams
+from asv_env.params.obstacle_params import Shape, grouped, grouping, rows, sampled
 from asv_env.tasks import formation
+from asv_env.tasks.reachability import Waters
+from asv_env.text import shown
 from asv_env.types import Complex, Float, InitialState, Int
 
 PUSH_GAP = 1e-3  #: first gap between bows and vessel in Push, m at scale 1: no contact yet
 LEFT_RIGHT = np.array([-1.0, 1.0])  #: sign of the thrust bias of the left and the right motor
 AHEAD = {"+n": -1j, "-n": 1j}  #: direction in which a team pushes from a side
+LAYOUTS = 200  #: goals and layouts of obstacles that are tried before one is found to be impossible
 TRIES = 10_000  #: places that are tried before a distribution is found to be empty
 
 
@@ -29,19 +33,21 @@ def sample(params: EnvParams, rng: np.random.Generator, goal: Float | None = Non
 
 def scattered(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> InitialState:
     """Samples boats all round a vessel at the origin, headings at random; see ``sample``."""
-    goal = _goal(params, rng, goal)
+    goal, side, waters = _waters(params, rng, goal)
     motion = np.zeros((1 + params.num_boats, 6))
-    boats, headings = _scattered(params, rng)
+    boats, headings = _scattered(params, rng, waters)
     motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
-    return InitialState(motion, goal, _side(params, goal), **_variation(params, rng))
+    variation = _variation(params, rng)
+    return InitialState(motion, goal, side, **variation, obstacle=waters.obstacle)
 
 
 def in_slots(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> InitialState:
     """Samples an episode whose boats begin in their slots; see ``sample``."""
-    goal = _goal(params, rng, goal)
-    motion, side = np.zeros((1 + params.num_boats, 6)), _side(params, goal)
+    goal, side, waters = _waters(params, rng, goal, starts_grasped=True)
+    motion = np.zeros((1 + params.num_boats, 6))
     put_into_slots(motion, params, side)
-    return InitialState(motion, goal, side, **_variation(params, rng))
+    variation = _variation(params, rng)
+    return InitialState(motion, goal, side, **variation, obstacle=waters.obstacle)
 
 
 def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
@@ -52,6 +58,63 @@ def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
     boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP * params.scale
     motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
     motion[1:, 2] = -side * np.pi / 2
+
+
+def _waters(
+    params: EnvParams, rng: np.random.Generator, given: Float | None, starts_grasped: bool = False
+) -> tuple[Float, float, Waters]:
+    """Returns a goal, the side from which the team pushes, and the water between the obstacles.
+
+    Goals and obstacles are sampled until the vessel can go from the origin to the goal; where
+    it ``starts_grasped``, boats in their slots are free too.
+
+    Raises:
+        ValueError: it never can.
+    """
+    shapes, fixed = params.obstacles, given is not None or params.task.goal is not None
+    layout = not isinstance(shapes, tuple)
+    problem: str | None = None
+    for _ in range(LAYOUTS if layout or (shapes and not fixed) else 1):
+        goal = _goal(params, rng, given)
+        side = _side(params, goal)
+        if layout:
+            shapes = sampled(params, rng, tuple(goal.tolist()), side)
+        waters = Waters(params, _rows(params, shapes))
+        problem = waters.problem(goal, side) if shapes else None
+        if problem is None and shapes and starts_grasped:
+            problem = _problem_of_slots(params, waters, side)
+        if problem is None:
+            return goal, side, waters
+    tried = f" in each of {LAYOUTS} samples" if layout or not fixed else ""
+    raise ValueError(
+        f"obstacles = {shown(params.obstacles)}: {problem}{tried}; move them or make them smaller "
+        "or fewer, or choose other goals"
+    )
+
+
+def _rows(params: EnvParams, shapes: Sequence[Shape]) -> Float:
+    """Returns the rows of shapes and walls.
+
+    Raises:
+        ValueError: a layout has returned other kinds of shapes than before.
+    """
+    groups, expected = grouped(params, shapes).groups, grouping(params).groups
+    if not np.array_equal(groups, expected):
+        raise ValueError(
+            f"obstacles = {shown(params.obstacles)}: returned {len(groups) - 1} obstacles with "
+            f"{groups[-1]} edges, and {len(expected) - 1} with {expected[-1]} before; return as "
+            "many of the same kinds in every episode"
+        )
+    return rows(params, shapes)
+
+
+def _problem_of_slots(params: EnvParams, waters: Waters, side: float) -> str | None:
+    """Returns why boats cannot begin in their slots on a vessel at the origin; None if they can."""
+    motion = np.zeros((1 + params.num_boats, 6))
+    put_into_slots(motion, params, side)
+    if all(waters.clear(params.boat, pose) > 0.0 for pose in motion[1:, :3]):
+        return None
+    return "boats in their slots would begin in an obstacle"
 
 
 def _goal(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> Float:
@@ -145,8 +208,14 @@ def _side(params: EnvParams, goal: Float) -> float:
     return 1.0 if params.task.side == "+n" else -1.0
 
 
-def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Float]:
-    """Samples positions in the ring ``start_distance``, apart from each other, and headings."""
+def _scattered(
+    params: EnvParams, rng: np.random.Generator, waters: Waters
+) -> tuple[Complex, Float]:
+    """Samples positions in the ring ``start_distance``, apart from each other, and headings.
+
+    Where there are obstacles, the boats can reach the vessel between them.
+    """
+    narrow = bool(params.obstacles)
     near, far = params.task.start_distance
     boat, team = params.boat, params.num_boats
     apart = params.task.start_spacing * max(boat.length, boat.width)
@@ -165,17 +234,24 @@ def _scattered(params: EnvParams, rng: np.random.Generator) -> tuple[Complex, Fl
             candidate = _in_ring(rng, near, far, bound)
         inside = max(abs(candidate.real), abs(candidate.imag)) <= bound
         found += inside
-        if inside and all(abs(boat - candidate) >= apart for boat in boats):
+        apart_from_all = all(abs(boat - candidate) >= apart for boat in boats)
+        if (
+            inside
+            and apart_from_all
+            and (not narrow or waters.free(candidate.real, candidate.imag))
+        ):
             boats.append(candidate)
     places = _arranged(near, far, apart, bound, team)
+    if narrow:
+        places = np.array([p for p in places if waters.free(p.real, p.imag)], dtype=np.complex128)
     if len(places) >= team:
         chosen = rng.choice(places, team, replace=False)
         return chosen, rng.uniform(-np.pi, np.pi, team)
     raise ValueError(
         f"{team} boats {apart:.3g} m apart do not fit at start_distance = "
         f"{params.task.start_distance!r} m from the vessel and within {bound:.3g} m of it along "
-        "both axes: widen start_distance, arena and walls, lower start_spacing or the boats' "
-        "length and width, or use fewer boats"
+        "both axes, free of obstacles: widen start_distance, arena and walls, lower start_spacing "
+        "or the boats' length and width, or use fewer boats or obstacles"
     )
 
 

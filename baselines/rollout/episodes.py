@@ -49,7 +49,8 @@ class Episode:
     duration: float  #: duration of the episode, s
     path_length_ratio: float | None  #: path length of the vessel over that of the Dubins path
     effort: float  #: seconds of full thrust, averaged over the motors
-    collisions: int  #: number of times that a boat began to touch another one or a wall
+    #: number of times that a boat began to touch another one, or any hull an obstacle or a wall
+    collisions: int
     closure_lost: int  #: number of times that closure was lost
     episode_return: float  #: sum of the team's mean reward
     error: str | None  #: what was wrong with the policy, where that ended the episode
