@@ -90,9 +90,6 @@ def overrides(layer: Mapping[str, Any], kinds: Mapping[str, Any], factor: float)
         return dict(layer)
     result: dict[str, Any] = {}
     for name, section in layer.items():
-        if name not in kinds:  # no section: ``scaled_shapes`` is for obstacles
-            result[name] = section
-            continue
         kind = kinds[name]
         if not isinstance(section, Mapping):
             result[name] = scaled(section, factor)

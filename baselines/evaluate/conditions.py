@@ -41,7 +41,9 @@ class Condition:
     preset: str = "nominal"  #: this, num_boats and options are as in make_params
     num_boats: int | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
-    environment: EnvParams | None = None  #: complete parameters, in place of the five above
+    #: whether no training may contain it, so that it shows how policies generalise
+    out_of_distribution: bool = False
+    environment: EnvParams | None = None  #: complete parameters, in place of task to options
 
     def __post_init__(self) -> None:
         if doubled := sorted(NAMED & set(self.options)):

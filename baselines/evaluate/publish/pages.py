@@ -19,6 +19,7 @@ from asv_env.checks import choice
 from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.conditions import Condition
+from baselines.evaluate.overall import overall
 from baselines.evaluate.publish import marks, model_cards, summaries
 from baselines.evaluate.results import Results, of_rows, read_csv
 from baselines.evaluate.suites import SUITES
@@ -49,7 +50,9 @@ distance to the goal; *time* is the median time of the successful episodes. The 
 also holds the report of its run (`report.md`).
 """
 OVERVIEW = (
-    "Mean success rate of each policy over the conditions of a suite, and its worst condition:"
+    "Mean success rate of each policy over the live conditions of a suite, in which some policy's "
+    "rate lies between 2 and 98 %; the same over live conditions out of distribution (unseen); "
+    "and its worst condition:"
 )
 NOT_YET = "Published results of the scripted and the learned policies follow with the new worlds."
 START = f"<!-- results: what follows is written by {PROGRAM} -->"
@@ -147,12 +150,11 @@ def overview(published: Sequence[Results]) -> str:
 
 
 def _overall(results: Results, policy: str) -> str:
-    """Returns the mean success over the conditions, and the worst of them."""
-    names = [condition.name for condition in results.suite.conditions]
-    rates = {name: float(results.success(name, policy).mean()) for name in names}
-    worst = min(rates, key=rates.__getitem__)
-    mean = formats.share(float(np.mean(list(rates.values()))))
-    return f"{mean} (worst: {worst}, {formats.share(rates[worst])})"
+    """Returns the mean success over the live conditions, and the worst of all."""
+    found = overall(results, policy)
+    unseen = "" if found.unseen is None else f"unseen: {formats.share(found.unseen)}; "
+    worst = f"worst: {found.worst}, {formats.share(found.least)}"
+    return f"{formats.share(found.mean)} ({unseen}{worst})"
 
 
 def page(published: Sequence[Results]) -> str:
@@ -176,7 +178,7 @@ def _line(results: Results, condition: Condition, policy: str) -> list[str]:
     success, reference = (results.success(condition.name, name) for name in (policy, first))
     difference = statistics.difference_in_success(success, reference)
     return [
-        *([condition.name, condition.about] if policy == first else ["", ""]),
+        *([condition.name, _about(condition)] if policy == first else ["", ""]),
         policy,
         formats.share_estimate(vars(statistics.proportion(success))),
         formats.points(vars(difference)) if policy != first else NOTHING,
@@ -184,6 +186,10 @@ def _line(results: Results, condition: Condition, policy: str) -> list[str]:
         _median(results.column(condition.name, policy, "min_position_error"), "cm", 100.0),
         _median(results.column(condition.name, policy, "time_to_goal"), "s"),
     ]
+
+
+def _about(condition: Condition) -> str:
+    return condition.about + " (unseen)" * condition.out_of_distribution
 
 
 def _wide(results: Results, condition: Condition, policy: str) -> str:
