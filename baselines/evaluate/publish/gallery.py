@@ -73,7 +73,10 @@ def _line(condition: Condition) -> list[str]:
 
 
 def pictured(suite: Suite) -> list[Condition]:
-    """Returns the first conditions of a suite that look different, ``LARGEST`` at most."""
+    """Returns conditions of a suite that look different, from the first to the last.
+
+    They are spread evenly over those, ``LARGEST`` at most.
+    """
     seen: list[Any] = []
     chosen = []
     for condition in suite.conditions:
@@ -81,12 +84,13 @@ def pictured(suite: Suite) -> list[Condition]:
         if look not in seen:
             seen.append(look)
             chosen.append(condition)
-    return chosen[:LARGEST]
+    places = np.linspace(0, len(chosen) - 1, min(LARGEST, len(chosen))).round().astype(int)
+    return [chosen[place] for place in places]
 
 
 def _look(params: EnvParams) -> tuple[Any, ...]:
     """Returns what decides how an initial state looks."""
-    water = params.water.current, params.water.current_speed, params.water.walls
+    water = params.water.current, params.water.walls
     hulls = params.vessel.length, params.vessel.width, params.boat.length
     return (params.task.name, params.num_boats, hulls, water, params.water.gust_speed > 0)
 
