@@ -225,7 +225,19 @@ class Name:
         return choice(name.rpartition(".")[2], value, self.known)
 
 
-Check = Number | Whole | Pair | Name
+@dataclass(frozen=True)
+class Truth:
+    """True or False."""
+
+    def checked(self, name: str, value: Any) -> bool:
+        """Returns the value as a bool; ValueError where it is none."""
+        truth = plain(value)
+        if not isinstance(truth, bool):
+            raise ValueError(f"{name} = {shown(value)}: must be True or False")
+        return truth
+
+
+Check = Number | Whole | Pair | Name | Truth
 
 
 @cache

@@ -24,6 +24,7 @@ from asv_env.params import (
     obstacle_params,
     pitches,
 )
+from asv_env.params.env_params import round_delays
 from asv_env.params.literature import CRAFT
 from asv_env.params.scaling import SCALE, overrides, scaled, scaled_shapes
 from asv_env.registry import ReadOnlyDict, Registry
@@ -48,7 +49,7 @@ SCENARIOS: Registry[Overrides] = Registry(
     {
         "nominal": {},
         "noisy": {"sensors": NOISE},
-        "latency": {"sensors": {"latency": 2}},
+        "delay": {"sensors": {"delay": 0.2}},
         "dropout": {"sensors": {"dropout": 0.5}},
         "shelter": {"water": {"shelter": 0.3}},
         "current": {"water": {"current": "uniform", "current_speed": 0.01}},
@@ -223,6 +224,8 @@ def make_params(
         )
     for name in [name for name in SECTIONS if name not in sections]:
         sections[name] = _merged(scaled(SECTIONS[name](), k), name, layers)
+    if k != 1.0:  # Times and the clock's rates are scaled, so delays fall between its ticks.
+        round_delays(sections, {name: _as_mapping(layer, name) for name, layer in given.items()})
     features: Any = observation
     given_obstacles = [layer["obstacles"] for layer in layers if "obstacles" in layer]
     sections["obstacles"] = _obstacles(given_obstacles[-1]) if given_obstacles else ()

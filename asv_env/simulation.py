@@ -139,7 +139,10 @@ class Simulation:
 
     @property
     def sensed(self) -> Sensed:
-        """What the boats know now, the input of every policy: copies, for it to write to."""
+        """What the boats know now, the input of every policy: copies, for it to write to.
+
+        Boats with sensors of their own have a row each, see ``Sensed``.
+        """
         return copied(self._knowledge.sensed)
 
     @numerics()
@@ -264,18 +267,18 @@ class Simulation:
         """Applies failures, new slots and the anchoring of goals from the next step on.
 
         Their change earns no reward. A goal is anchored when the team believes to be in closure, at
-        the pose that it believes the vessel to have.
+        the pose that it believes the vessel to have; see ``Knowledge.advance``.
         """
         state, knowledge, events = self._state, self._knowledge, None
-        known, estimate = knowledge.advance(state)
+        closed, vessel = knowledge.advance(state)
         if self._roles_may_change:
             fails = self._failures(state)
-            anchors, goal = known.closed & ~known.anchored, state.goal.copy()
+            anchors, goal = closed & ~state.anchored, state.goal.copy()
             for world in np.flatnonzero(anchors):
-                goal[world] = standing.anchored(self._relative_goal[world], estimate[world, 0])
+                goal[world] = standing.anchored(self._relative_goal[world], vessel[world])
             assigns = np.logical_or.reduce(fails, axis=1)
             events = Events(
-                assigns, state.working & ~fails, known.anchored | anchors, goal, anchors
+                assigns, state.working & ~fails, state.anchored | anchors, goal, anchors
             )
         index = standing.NOWHERE
         if events is not None or self._referee.some_misassigned:
@@ -298,7 +301,7 @@ class Simulation:
     def _observe(self, index: np.ndarray | None = None) -> Observation:
         threads = self.num_threads if index is None else 1
         known = self._features, self._knowledge.sensed, self.params
-        return observation.observe(*known, threads, index)
+        return observation.observe(*known, threads, index, not self.params.sensors.shared)
 
     def summary(self) -> dict[str, Any]:
         """Returns the metrics of the episodes so far, each (W,); see ``metrics.summary``."""

@@ -114,13 +114,17 @@ class State(Situation):
 class Sensed(Situation):
     """What the boats, and policies, know: one measurement and one estimate, shared by the team.
 
-    Without noise, latency and dropout both motions are the true one, and the standing is that of
-    the truth. Whoever receives it may write to its arrays: they are copies.
+    With ``SensorParams.shared=False`` each boat knows something else, and all arrays have a row for
+    each: row w A + a is what boat a of world w knows, ``W`` standing for the number of rows.
+
+    Where nothing is unseen, late, lost or noisy both motions are the true one, and the standing is
+    that of the truth. Whoever receives it may write to its arrays: they are copies.
     """
 
     measured: Float  #: (W, B, 6) the latest raw measurement, as ``State.motion``
     estimate: Float  #: (W, B, 6) the filtered motion; observations are computed from it
     received: Bool  #: (W, B) whether the measurement is new since the previous control tick
+    seen: Bool  #: (W, B) whether the body is in sight; else the estimate is dead reckoning
 
 
 @dataclass

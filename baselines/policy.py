@@ -65,6 +65,19 @@ def checked_action(action: Any, shape: tuple[int, ...]) -> Action:
     return np.clip(numbers, -1.0, 1.0).astype(np.float32)
 
 
+def decision(decided: Any, shape: tuple[int, ...]) -> tuple[Action, Any]:
+    """Returns the action and the memory that a policy has returned.
+
+    Raises:
+        TypeError: not a pair, or not numbers; whatever reading them raises.
+        ValueError: another shape than (W, A, 2).
+    """
+    if not (isinstance(decided, tuple) and len(decided) == 2):
+        raise TypeError(f"act returned {type(decided).__name__}: return (action, memory)")
+    action, memory = decided
+    return checked_action(action, shape), memory
+
+
 class Idle:
     """Does nothing."""
 

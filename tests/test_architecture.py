@@ -21,7 +21,10 @@ WORLD = {
     *(f"asv_env.{name}" for name in ("arguments", "physics", "tasks", "sensing", "presets")),
 }
 WORLD |= {"asv_env.simulation", "asv_env.render", "asv_env.envs", "asv_env"}
-POLICIES = {f"baselines.{name}" for name in ("policy", "mirror", "paper", "scripted", "learned")}
+POLICIES = {
+    f"baselines.{name}"
+    for name in ("policy", "distributed", "mirror", "paper", "scripted", "learned")
+}
 RUN = {*WORLD, *POLICIES, "baselines.rollout"}
 EVALUATE = "baselines.evaluate"
 ROOMS = {
@@ -53,6 +56,7 @@ ROOMS = {
     "asv_env.__main__": WORLD,
     # policies
     "baselines.policy": GROUND,
+    "baselines.distributed": {*WORLD, "baselines.policy"},
     "baselines.mirror": WORLD,
     "baselines.paper": {*WORLD, "baselines.policy", "baselines.mirror"},
     "baselines.scripted": {*WORLD, "baselines.policy", "baselines.mirror", "baselines.paper"},

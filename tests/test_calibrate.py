@@ -68,7 +68,7 @@ def test_no_disturbance_is_the_experiment_and_all_are_parameters_of_it():
     )
     params = make_params(preset="experiment", **Disturbances(0.5, 0.2, 0.1, 2, 3).overrides())
     assert params.sensors.position_noise == pytest.approx(0.005)
-    assert (params.sensors.latency, params.variation.actuation_latency) == (2, 3)
+    assert (params.sensors.delay, params.variation.actuation_delay) == (0.2, 0.3)
     assert (params.variation.thrust, params.variation.thrust_bias) == (0.2, 0.1)
 
 

@@ -64,6 +64,10 @@ def test_team_is_late_when_its_patience_ends(descending, patience):
 
 def test_boats_avoid_those_within_reach_to_starboard():
     boat = np.array([[0.0, 0.05, 1.0j]])
-    velocity = avoidance_velocity(boat, reach=0.2, speed=0.08)[0]
+    seen = np.ones((1, 3), dtype=bool)
+    velocity = avoidance_velocity(boat, seen, reach=0.2, speed=0.08)[0]
     np.testing.assert_allclose(velocity[0], -0.08 * 0.75 * STARBOARD)
     np.testing.assert_allclose(velocity, [velocity[0], -velocity[0], 0.0], atol=1e-15)
+    seen[0, 1] = False
+    unaware = avoidance_velocity(boat, seen, reach=0.2, speed=0.08)[0]
+    np.testing.assert_allclose(unaware, [0.0, -velocity[0], 0.0], atol=1e-15)

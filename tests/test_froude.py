@@ -18,13 +18,12 @@ from baselines.scripted import ScriptedPolicy
 DIMENSIONLESS = {
     *("inertia", "astern", "thrust_law", "drag", "current", "current_heading", "contact_friction"),
     *("gyre_phase", "load", "failure_clock", "goal_bearing", "goal_turn"),
-    *("shelter", "heading_noise", "latency", "dropout", "acceleration", "vessel_acceleration"),
+    *("shelter", "heading_noise", "shared", "dropout", "acceleration", "vessel_acceleration"),
     *(
         "thrust",
         "thrust_bias",
         "mass",
         "friction",
-        "actuation_latency",
         "failures",
         "name",
         "goal_anchor",

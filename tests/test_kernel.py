@@ -78,7 +78,7 @@ def test_more_threads_than_worlds_do_no_harm():
 @pytest.mark.parametrize("ticks", [1, 3])
 def test_commands_arrive_as_many_ticks_late_as_asked_for(mode, ticks):
     options = {"action_mode": mode, "time_limit": 60.0}
-    late = Simulation(make_params("push", variation={"actuation_latency": ticks}, **options), 3)
+    late = Simulation(make_params("push", variation={"actuation_delay": ticks / 10}, **options), 3)
     prompt = Simulation(make_params("push", **options), 3)
     given = np.random.default_rng(0).uniform(-0.3, 1.0, (40, *late.state.thrust.shape))
     for _ in range(2):  # A second episode begins without the commands of the first.

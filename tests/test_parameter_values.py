@@ -15,7 +15,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from asv_env import FEATURES, HULLS, PRESETS, SCENARIOS, TASKS, Simulation, make_params
-from asv_env.checks import Name, Number, Pair, UnknownOptionError, Whole, fields_checked
+from asv_env.checks import Name, Number, Pair, Truth, UnknownOptionError, Whole, fields_checked
 from asv_env.params import BoatParams, EnvParams, TaskParams, VesselParams, WaterParams
 from asv_env.presets import SECTIONS, TASK_OPTIONS
 from asv_env.sensing.observation import LENGTH, NAMES, Feature, scalar
@@ -28,14 +28,14 @@ FIELDS = [
     for section, kind in SECTIONS.items()
     for name, (check, _) in fields_checked(kind).items()
 ] + [("boat", "bow", Number(1e-9, 0.065))]
-NUMERIC = [field for field in FIELDS if not isinstance(field[2], Name)]
+NUMERIC = [field for field in FIELDS if not isinstance(field[2], Name | Truth)]
 
 
 def plain(value):
     """Whether a value consists of Python's own numbers, texts and tuples."""
     if type(value) is tuple:
         return all(map(plain, value))
-    return value is None or type(value) in (float, int, str)
+    return value is None or type(value) in (bool, float, int, str)
 
 
 def all_plain(params):
@@ -71,6 +71,7 @@ SAME = [
     ({"scenario": LAG}, {"scenario": {"variation": {"lag": [0.25, 0.5]}}}),
     (LAG, {"scenario": {"variation": {"lag": np.array([0.25, 0.5])}}}),
     ({"scenario": "noisy"}, {"scenario": SCENARIOS["noisy"]}),
+    ({"sensors": {"shared": False}}, {"sensors": {"shared": np.bool_(0)}}),
     ({"observation": ("slot", "goal")}, {"observation": np.array(["slot", "goal"])}),
     ({"observation": tuple(FEATURES)}, {"observation": FEATURES}),
 ]  # fmt: skip
@@ -291,11 +292,12 @@ ASSIGNMENTS = st.lists(
     in_scenario=st.booleans(),
     drag=st.sampled_from(["quadratic", "linear"]),
     current=st.sampled_from(["still", "uniform", "double_gyre"]),
+    shared=st.booleans(),
 )
 def test_numbers_that_are_accepted_can_be_run(
-    task, preset, assignments, in_scenario, drag, current
+    task, preset, assignments, in_scenario, drag, current, shared
 ):
-    options = {"water": {"drag": drag, "current": current}}
+    options = {"water": {"drag": drag, "current": current}, "sensors": {"shared": shared}}
     for (section, name), value in assignments:
         options.setdefault(section, {})[name] = value
     if in_scenario and "task_params" not in options:

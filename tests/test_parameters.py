@@ -29,7 +29,7 @@ SECTIONS = {
     "boat": BoatParams(),
     "vessel": VesselParams(),
     "water": WaterParams(walls=5.0),
-    "sensors": SensorParams(),
+    "sensors": SensorParams(shared=False, range=1.0),
     "clock": ClockParams(),
     "task_params": TaskParams(),
     "variation": VariationParams(lag=(0.1, 0.2), friction=(0.1, 0.2), load=(1.0, 2.0)),
@@ -47,7 +47,8 @@ def named(kind, *but):
     ]
 
 
-NUMBERS = named(int | float)
+TRUTHS = named(bool)
+NUMBERS = [one for one in named(int | float) if one not in TRUTHS]
 PAIRS = named(tuple)
 CHOICES = [*named(str, "name"), ("task_params", "name")]
 SIGNED = {"current_heading", "gyre_phase"}
@@ -66,7 +67,7 @@ def refuses(section, name, value):
 
 def test_every_parameter_is_covered_here():
     known = {(section, f.name) for section, values in SECTIONS.items() for f in fields(values)}
-    assert known - {*NUMBERS, *PAIRS, *CHOICES} == {("task_params", "goal")}
+    assert known - {*NUMBERS, *TRUTHS, *PAIRS, *CHOICES} == {("task_params", "goal")}
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf], ids=str)
@@ -78,6 +79,12 @@ def test_number_that_is_not_finite_is_refused_by_name(section, name, bad):
 @pytest.mark.parametrize("bad", ["fast", [1.0], 1j, True], ids=repr)
 @pytest.mark.parametrize(("section", "name"), NUMBERS)
 def test_parameter_that_is_no_number_is_refused_by_name(section, name, bad):
+    assert refuses(section, name, bad)
+
+
+@pytest.mark.parametrize("bad", ["yes", 1, 0.0, None, [True]], ids=repr)
+@pytest.mark.parametrize(("section", "name"), TRUTHS)
+def test_what_is_neither_true_nor_false_is_refused_by_name(section, name, bad):
     assert refuses(section, name, bad)
 
 

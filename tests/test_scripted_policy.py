@@ -49,7 +49,7 @@ def test_is_precise_under_noise_in_the_papers_experiment():
     [
         ("noisy", 4, "holding", 0.97),
         ("noisy", 8, "holding", 0.9),
-        ("latency", 4, "holding", 0.9),
+        ("delay", 4, "holding", 0.9),
         ("current", 4, "passing", 0.85),
         ("failure", 6, "holding", 0.8),
     ],

@@ -17,6 +17,7 @@ from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
+from baselines.distributed import distributed
 from baselines.learned import policy_file
 from baselines.learned.phases import APPROACH, PUSH, PhasedPolicy
 from baselines.policy import Policy
@@ -153,7 +154,7 @@ def rollout_states(config: Config, team: int, scenario: str) -> RolloutStates | 
         return where_pushes_begin(config.curriculum.rollout_policy, params, seeds)
     params = config.params(team, scenario)
     simulation = Simulation(params, number, initial_states=CurriculumStates(config))
-    return along_episodes(ScriptedPolicy(params), simulation, seeds)
+    return along_episodes(distributed(ScriptedPolicy(params), params), simulation, seeds)
 
 
 def along_episodes(policy: Policy, simulation: Simulation, seeds: range) -> RolloutStates:
@@ -178,12 +179,15 @@ def where_pushes_begin(file: Path, params: EnvParams, seeds: range) -> RolloutSt
         ValueError, FileNotFoundError: the file is no such policy; it never begins to push.
     """
     simulation = Simulation(params, len(seeds))
-    policy = PhasedPolicy(policy_file.read(file)[0], params)
+    policy = distributed(PhasedPolicy(policy_file.read(file)[0], params), params)
     before = np.full(len(seeds), APPROACH)
     motion, goal = [], []
     for tick in rollout(simulation, policy.act, seeds, params.time_limit_ticks):
-        begins = (tick.memory.state == PUSH) & (before == APPROACH)
-        before, side = tick.memory.state, tick.memory.push_side.side[begins]
+        memory = tick.memory
+        views = len(memory.state) // len(seeds)  # where boats differ, the first one's counts
+        state, sides = memory.state[::views], memory.push_side.side[::views]
+        begins = (state == PUSH) & (before == APPROACH)
+        before, side = state, sides[begins]
         motion.append(geometry.mirrored(tick.state.motion[begins], side))
         goal.append(geometry.mirrored(tick.state.goal[begins], side))
     states = RolloutStates(np.concatenate(motion), np.concatenate(goal))

@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from asv_env.simulation import Simulation
 from asv_env.types import Action, Observation, Sensed
+from baselines.distributed import distributed
 from baselines.rollout import trajectories
 from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
@@ -90,7 +91,7 @@ def _dagger_rollout(
     """Returns observations of a group of worlds, in which expert and learner act, and labels."""
     params, rate = training_params(config, *group), config.worlds.decision_rate
     simulation = Simulation(params, len(seeds), initial_states=CurriculumStates(config))
-    expert, rng = ScriptedPolicy(params), np.random.default_rng(seeds.start)
+    expert, rng = distributed(ScriptedPolicy(params), params), np.random.default_rng(seeds.start)
     expert_acts = np.ones((len(seeds), 1, 1), dtype=np.bool_)
     seen: list[Observation] = []
     wanted: list[Action] = []

@@ -1,6 +1,7 @@
 """All parameters of an environment, checked against each other."""
 
 import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import islice
 from typing import Annotated, Any, Self
@@ -20,6 +21,9 @@ MOST_LENGTHS = {"hull": 100.0, "walls": 1e4, "arena": 1e6}
 MOST_FEATURES = 1000  #: most features of an observation
 LEAP = 100.0  #: most arenas that a boat at full thrust from rest may cross in a control step
 SPIN = 1e3  #: most radians that it may turn in one
+DELAYS = (("sensors", "delay"), ("variation", "actuation_delay"))
+"""Sections and names of times that are whole numbers of control ticks."""
+MOST_TICKS = 100  #: largest such number
 
 
 def pitches(num_boats: int) -> int:
@@ -70,6 +74,7 @@ class EnvParams:
                 raise TypeError(f"{f.name} = {shown(section)}: give a {kind.__name__}")
         if not hasattr(self.definition, "initial_states"):
             raise TypeError(f"task = {shown(self.definition)}: give an asv_env.tasks.Task")
+        self._check_delays()
         self._check_team()
         self._check_sizes()
         self._check_places()
@@ -77,6 +82,23 @@ class EnvParams:
         if isinstance(self.obstacles, tuple):
             obstacle_params.rows(self, self.obstacles)
         self.definition.check(self)
+
+    def _check_delays(self) -> None:
+        """Refuses delays that are no whole numbers of control ticks."""
+        hz = self.clock.control
+        for section, name in DELAYS:
+            delay = getattr(getattr(self, section), name)
+            if delay * hz > MOST_TICKS:
+                raise ValueError(
+                    f"{section}: {name} = {delay:g} s: at most {MOST_TICKS} control ticks, "
+                    f"{MOST_TICKS / hz:g} s at {hz} Hz; give a shorter one"
+                )
+            if abs(delay - self.clock.rounded(delay)) > 1e-6 / hz:
+                below = math.floor(delay * hz)
+                raise ValueError(
+                    f"{section}: {name} = {delay:g} s is no whole number of control ticks of "
+                    f"{1 / hz:g} s; give {below / hz:g} or {(below + 1) / hz:g} s, the nearest"
+                )
 
     def _check_team(self) -> None:
         """Refuses a team that does not fit the vessel, and failures of all boats."""
@@ -205,9 +227,13 @@ class EnvParams:
         return max(1, round(self.task.time_limit * self.clock.control))
 
     def rescaled(self, factor: float) -> Self:
-        """Returns the parameters of a world ``factor`` times as long, by Froude's law."""
+        """Returns the parameters of a world ``factor`` times as long, by Froude's law.
+
+        Delays remain whole numbers of control ticks.
+        """
         names = ("boat", "vessel", "water", "sensors", "clock", "task", "variation", "reward")
         sections = {name: scaled(getattr(self, name), factor) for name in names}
+        round_delays(sections, {})
         obstacles = scaled_shapes(self.obstacles, factor)
         return replace(self, **sections, obstacles=obstacles, scale=self.scale * factor)
 
@@ -218,6 +244,19 @@ class EnvParams:
             at = (self.water.linear_speed, self.water.linear_yaw_rate)
             vessel, boat = vessel.linearised(*at), boat.linearised(*at)
         return vessel, boat
+
+
+def round_delays(sections: dict[str, Any], but: Mapping[str, Collection[str]]) -> None:
+    """Rounds the delays among sections by name to whole control ticks, in place.
+
+    Args:
+        sections: those of an environment, its clock among them.
+        but: names of delays, by section, that stay as they are.
+    """
+    for section, name in DELAYS:
+        if name not in but.get(section, ()):
+            delay = sections["clock"].rounded(getattr(sections[section], name))
+            sections[section] = replace(sections[section], **{name: delay})
 
 
 def _features(observation: Any) -> tuple[Any, ...] | None:

@@ -7,7 +7,7 @@ from the ends of floating-point numbers, and a step from taking minutes.
 import math
 from typing import Annotated
 
-from asv_env.checks import TINY, Number, Pair, Whole, interval
+from asv_env.checks import TINY, Number, Pair, Truth, Whole, interval
 
 FOREVER = 1e9  #: longest time, s
 FAR = 1e6  #: longest distance, m
@@ -45,10 +45,10 @@ FullMotion = Annotated[float, Number(TINY, 1e3)]
 Responses = Annotated[tuple[float, float], Pair("(surge, yaw) time constants", 0.0, 1e3)]
 Accelerations = Annotated[tuple[float, float], Pair("(surge, yaw) accelerations", 1e-6, 1e6)]
 Share = Annotated[float, Number(0.0, 0.95)]
-Ticks = Annotated[int, Whole(0, 100)]
 Duration = Annotated[float, Number(TINY, FOREVER)]
 DurationOrZero = Annotated[float, Number(0.0, FOREVER)]
 Durations = Annotated[tuple[float, float], interval(0.0, FOREVER)]
 Rate = Annotated[int, Whole(1, 10_000)]
 Count = Annotated[int, Whole(0, 100)]
+Switch = Annotated[bool, Truth()]
 Weight = Annotated[float, Number(0.0, 1e9)]

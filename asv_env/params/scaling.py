@@ -36,10 +36,10 @@ EXPONENTS: dict[type, Exponents] = {
         "gust_speed": 0.5, "gust_time": 0.5, "walls": 1,
     },
     SensorParams: {
-        "position_noise": 1, "speed_noise": 0.5, "yaw_rate_noise": -0.5, "yaw_acceleration": -1,
-        "vessel_yaw_acceleration": -1,
+        "range": 1, "delay": 0.5, "position_noise": 1, "speed_noise": 0.5, "yaw_rate_noise": -0.5,
+        "yaw_acceleration": -1, "vessel_yaw_acceleration": -1,
     },
-    VariationParams: {"lag": 0.5, "failure_time": 0.5},
+    VariationParams: {"lag": 0.5, "actuation_delay": 0.5, "failure_time": 0.5},
     TaskParams: {
         "goal": (1, 1, 0), "goal_distance": 1, "start_distance": 1, "arena": 1,
         "position_tolerance": 1, "slot_distance": 1, "end_gap": 1, "time_limit": 0.5,

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from asv_env.checks import Name, check_fields
+from asv_env.checks import Name, check_fields, finite
 from asv_env.params.ranges import (
     Acceleration,
     Angle,
@@ -11,6 +11,7 @@ from asv_env.params.ranges import (
     Count,
     Distance,
     Duration,
+    DurationOrZero,
     Durations,
     Friction,
     Frictions,
@@ -21,7 +22,7 @@ from asv_env.params.ranges import (
     Share,
     Speed,
     Spread,
-    Ticks,
+    Switch,
 )
 
 DRAGS = ("quadratic", "linear")
@@ -59,21 +60,44 @@ class WaterParams:
 
 @dataclass(frozen=True)
 class SensorParams:
-    """White noise, latency and losses of the measurement, and expectations of its filter."""
+    """Who measures what, with which noise, delay and losses, and what the filter expects.
 
+    Raises:
+        ValueError: also a range within which nothing can be seen, or a range of a measurement that
+            all boats share.
+    """
+
+    #: whether all boats share one measurement of all bodies; else each has its own
+    shared: Switch = True
+    #: distance beyond which a boat does not see other bodies, m; None: it sees all. With
+    #: ``shared=False`` alone
+    range: Distance | None = None
     position_noise: Noise = 0.0  #: standard deviation of x and of y, m
     heading_noise: Noise = 0.0  #: standard deviation of the heading, rad
     speed_noise: Noise = 0.0  #: standard deviation of vx and of vy, m/s
     yaw_rate_noise: Noise = 0.0  #: standard deviation of the yaw rate, rad/s
-    latency: Ticks = 0  #: control ticks until the boats have what was measured and estimated
-    dropout: Spread = 0.0  #: probability that the measurement of a body at a sensing tick is lost
+    #: time until the boats have what was measured and estimated, s, a whole number of control ticks
+    delay: DurationOrZero = 0.0
+    #: probability that the measurement of a body at a sensing tick is lost; with ``shared=False``
+    #: a boat's measurement of itself never is
+    dropout: Spread = 0.0
     acceleration: Acceleration = 0.05  #: that the filter expects of a boat, m/s^2
     yaw_acceleration: Acceleration = 1.5  #: that the filter expects of a boat, rad/s^2
     vessel_acceleration: Acceleration = 0.02  #: that the filter expects of the vessel, m/s^2
     vessel_yaw_acceleration: Acceleration = 0.05  #: that the filter expects of the vessel, rad/s^2
 
     def __post_init__(self) -> None:
+        if (reach := finite(self.range)) is not None and reach <= 0.0:
+            raise ValueError(
+                f"sensors: range = {reach:g} m: a boat would see nothing; give a distance above 0, "
+                "or None to see everything"
+            )
         check_fields(self)
+        if self.shared and self.range is not None:
+            raise ValueError(
+                f"sensors: range = {self.range:g} m is that of boats which sense for themselves; "
+                "give shared=False too, or range=None"
+            )
 
     @property
     def noiseless(self) -> bool:
@@ -84,7 +108,7 @@ class SensorParams:
     @property
     def exact(self) -> bool:
         """Whether the boats always know the truth."""
-        return self.noiseless and not (self.latency or self.dropout)
+        return self.noiseless and self.range is None and not (self.delay or self.dropout)
 
 
 @dataclass(frozen=True)
@@ -104,6 +128,14 @@ class ClockParams:
                     f"of {slow} at {getattr(self, slow)} Hz; choose rates that divide"
                 )
 
+    def ticks(self, time: float) -> int:
+        """Returns the nearest whole number of control ticks to a time, s."""
+        return round(time * self.control)
+
+    def rounded(self, time: float) -> float:
+        """Returns the time, s, of that number of control ticks."""
+        return self.ticks(time) / self.control
+
     @property
     def dt(self) -> float:
         """Duration of a physics step, s."""
@@ -121,7 +153,8 @@ class VariationParams:
     mass: Spread = 0.0  #: largest relative difference of each hull's mass
     lag: Lags | None = None  #: (smallest, largest), s; None keeps the boat's
     friction: Frictions | None = None  #: (smallest, largest); None: the water's
-    actuation_latency: Ticks = 0  #: control ticks after which a command reaches the thrusters
+    #: time after which a command reaches the thrusters, s, a whole number of control ticks
+    actuation_delay: DurationOrZero = 0.0
     load: Loads | None = None  #: (smallest, largest) factor on the vessel's mass; None: 1
     failures: Count = 0  #: number of boats whose thrusters fail
     failure_time: Durations = (5.0, 60.0)  #: (earliest, latest) time of a failure, s

@@ -66,7 +66,7 @@ class Dynamics:
         # Factor that turns an impulse into its part of a control step's mean force.
         self._share = float(params.clock.control)
         # Commands on their way to the boats, the next one first.
-        late = params.variation.actuation_latency
+        late = params.clock.ticks(params.variation.actuation_delay)
         self._commands = np.zeros((late, num_worlds, params.num_boats, 2))
 
     def place(self, world: int, initial: InitialState) -> None:

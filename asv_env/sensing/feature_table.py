@@ -27,15 +27,17 @@ NAMES = (
     # Scalars.
     *("own_yaw_rate", "vessel_yaw_rate", "touches_vessel", "touches_other", "thrusters_work"),
     *("slots_occupied", "closure", "turn_to_goal", "inverse_team_size", "inverse_vessel_length"),
-    # The nearest boats, near to far, in the boat's frame; zeros where there are no more.
+    "vessel_seen",
+    # The nearest boats in sight, near to far, in the boat's frame; zeros where there are no more.
     *(f"neighbour_{k + 1}_{name}" for k in range(NEIGHBOURS) for name in OF_NEIGHBOUR),
 )  #: names of the columns
 WIDTH = len(NAMES)  #: number of columns
 OWN_VELOCITY, SLOT, SLOT_ALIGNMENT, OWN_POSITION = range(0, 8, 2)
 SLOT_POSITION, VESSEL_VELOCITY, GOAL, GOAL_DIRECTION = range(8, 16, 2)
 OWN_YAW_RATE, VESSEL_YAW_RATE, TOUCHES_VESSEL, TOUCHES_OTHER, THRUSTERS_WORK = range(16, 21)
-SLOTS_OCCUPIED, CLOSURE, TURN_TO_GOAL, INVERSE_TEAM_SIZE, INVERSE_LENGTH = range(21, 26)
-FIRST_NEIGHBOUR = 26
+SLOTS_OCCUPIED, CLOSURE, TURN_TO_GOAL = range(21, 24)
+INVERSE_TEAM_SIZE, INVERSE_LENGTH, VESSEL_SEEN = range(24, 27)
+FIRST_NEIGHBOUR = 27
 """Places of the columns; a vector has two."""
 
 
@@ -50,6 +52,7 @@ class Known(NamedTuple):
     occupied: Bool  #: (W, A)
     closed: Bool  #: (W,)
     touching: Bool  #: (W, A, 2)
+    seen: Bool  #: (W, B)
 
 
 def known(sensed: Sensed) -> Known:
@@ -63,6 +66,7 @@ def known(sensed: Sensed) -> Known:
         given(sensed.occupied, np.bool_),
         given(sensed.closed, np.bool_),
         given(sensed.touching, np.bool_),
+        given(sensed.seen, np.bool_),
     )
 
 
@@ -129,6 +133,7 @@ def put_shared(
     row[TURN_TO_GOAL] = -heading_error_of(goal_turn)
     row[INVERSE_TEAM_SIZE] = 1.0 / working
     row[INVERSE_LENGTH] = inverse_length
+    row[VESSEL_SEEN] = known.seen[world, 0]
 
 
 @compiled
@@ -155,16 +160,18 @@ def put_own(
 
 @compiled
 def put_neighbours(
-    motion: Float, boat: int, heading: complex, near: Int, square: Float, row: Float
+    motion: Float, seen: Bool, boat: int, heading: complex, near: Int, square: Float, row: Float
 ) -> None:
     """Writes the columns of the nearest boats of a motion (B, 6); of equally near ones in order.
+
+    Those that are not ``seen`` (B,) are left out.
 
     The boat's direction is ``heading``; ``near`` and ``square`` (of a distance), both
     (``NEIGHBOURS``,), are memory for the search.
     """
     body, found, to_boat = boat + 1, 0, heading.conjugate()
     for other in range(1, motion.shape[0]):
-        if other == body:
+        if other == body or not seen[other]:
             continue
         x, y = motion[other, 0] - motion[body, 0], motion[other, 1] - motion[body, 1]
         gap, place = x * x + y * y, found
@@ -188,9 +195,11 @@ def put_neighbours(
 
 
 @compiled
-def put_world(
+def put_boats(
     known: Known,
-    world: int,
+    view: int,
+    first: int,
+    last: int,
     inverse_length: float,
     plan: Plan,
     near: Int,
@@ -198,14 +207,19 @@ def put_world(
     row: Float,
     out: Observation,
 ) -> None:
-    """Writes the observations (A, K) of a world; ``near``, ``square`` and ``row`` are memory."""
-    neighbours, vessel = near.size > 0, direction_of(known.estimate[world, 0, 2])
-    put_shared(known, world, vessel, inverse_length, row)
-    for boat in range(known.slot.shape[1]):
-        heading = direction_of(known.estimate[world, boat + 1, 2])
-        put_own(known, world, boat, heading, vessel, row)
+    """Writes the observations (A, K) of some boats by what is known in the row ``view``.
+
+    They are the boats from ``first`` to before ``last``; ``near``, ``square`` and ``row`` are
+    memory.
+    """
+    neighbours, vessel = near.size > 0, direction_of(known.estimate[view, 0, 2])
+    put_shared(known, view, vessel, inverse_length, row)
+    for boat in range(first, last):
+        heading = direction_of(known.estimate[view, boat + 1, 2])
+        put_own(known, view, boat, heading, vessel, row)
         if neighbours:
-            put_neighbours(known.estimate[world], boat, heading, near, square, row)
+            motion, seen = known.estimate[view], known.seen[view]
+            put_neighbours(motion, seen, boat, heading, near, square, row)
         for k in range(len(plan.source)):
             value, bound = row[plan.source[k]] * plan.factor[k], plan.bound[k]
             out[boat, plan.target[k]] = min(max(value, -bound), bound)
@@ -217,6 +231,7 @@ def fill(
     last: int,
     worlds: Int,
     known: Known,
+    own: bool,
     inverse_length: float,
     plan: Plan,
     out: Observation,
@@ -228,6 +243,7 @@ def fill(
         last: place after that of the last one.
         worlds: (n,) numbers of the worlds.
         known: what the boats know.
+        own: whether each boat has a row of its own there, A in a world; else they share one.
         inverse_length: one over the vessel's length, 1/m.
         plan: which columns go where.
         out: (n, A, K), of any float type.
@@ -235,9 +251,15 @@ def fill(
     neighbours = len(plan.source) > 0 and plan.source.max() >= FIRST_NEIGHBOUR
     count = NEIGHBOURS if neighbours else 0
     near, square, row = np.zeros(count, np.int64), np.zeros(count), np.zeros(WIDTH)
+    team = known.slot.shape[1]
     for place in range(first, last):
-        world = worlds[place]
-        put_world(known, world, inverse_length, plan, near, square, row, out[place])
+        world, seen = worlds[place], out[place]
+        if not own:
+            put_boats(known, world, 0, team, inverse_length, plan, near, square, row, seen)
+            continue
+        for boat in range(team):
+            view, last_boat = world * team + boat, boat + 1
+            put_boats(known, view, boat, last_boat, inverse_length, plan, near, square, row, seen)
 
 
 def table(sensed: Sensed, length: float) -> Float:
@@ -245,5 +267,5 @@ def table(sensed: Sensed, length: float) -> Float:
     columns = np.zeros((*sensed.slot.shape, WIDTH))
     everything = plan(range(WIDTH), range(WIDTH), np.ones(WIDTH), np.full(WIDTH, np.inf))
     worlds = given(np.arange(len(columns)), np.int64)
-    fill(0, len(columns), worlds, known(sensed), 1.0 / length, everything, columns)
+    fill(0, len(columns), worlds, known(sensed), False, 1.0 / length, everything, columns)
     return columns

@@ -3,35 +3,70 @@
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from asv_env.geometry import wrap
-from asv_env.types import Float
+from asv_env.compiled import compiled
+from asv_env.geometry import wrapped
+from asv_env.types import Float, given
 
 NO_NOISE = 1e-6
 """Standard deviation that stands for an exact measurement, as a share of what the acceleration does
 in a tick, so that it is the same in worlds of every size."""
 
 
+@compiled
+def predict(motion: Float, dt: float, after: Float) -> None:
+    """Writes a motion (6,) after ``dt`` s at its rates; the heading is not wrapped."""
+    for axis in range(3):
+        after[axis] = motion[axis] + dt * motion[axis + 3]
+        after[axis + 3] = motion[axis + 3]
+
+
+@compiled
+def correct(
+    prediction: Float, measured: Float, gain: Float, motion: Float, innovation: Float
+) -> None:
+    """Writes a predicted motion (6,), corrected by its measurement (6,), and the innovation (6,).
+
+    The gain (2, 2, 3) is that of (pose, rate) to the innovation of (pose, rate), by axis. The
+    corrected motion may take the place of the prediction.
+    """
+    for k in range(6):
+        innovation[k] = measured[k] - prediction[k]
+    innovation[2] = wrapped(innovation[2])
+    for kind in range(2):
+        for axis in range(3):
+            by_pose, by_rate = gain[kind, 0, axis], gain[kind, 1, axis]
+            after = prediction[3 * kind + axis] + by_pose * innovation[axis]
+            motion[3 * kind + axis] = after + by_rate * innovation[axis + 3]
+    motion[2] = wrapped(motion[2])
+
+
 def predicted(motion: Float, dt: float) -> Float:
-    """Returns a motion (..., 6) after ``dt`` s at its rates; the heading is not wrapped."""
-    after = motion.copy()
-    after[..., :3] += dt * motion[..., 3:]
+    """Returns motions (..., 6) after ``dt`` s at their rates; the headings are not wrapped."""
+    after = np.empty(motion.shape)
+    _predict_all(given(motion).reshape(-1, 6), dt, after.reshape(-1, 6))
     return after
 
 
 def corrected(prediction: Float, measured: Float, gain: Float) -> tuple[Float, Float]:
-    """Returns a predicted motion, corrected by its measurement, and the innovation.
-
-    Motions and innovation are (..., 6); the gain (..., 2, 2, 3) is that of (pose, rate) to the
-    innovation of (pose, rate), by axis.
-    """
-    innovation = measured - prediction
-    innovation[..., 2] = wrap(innovation[..., 2])
-    pairs = (*innovation.shape[:-1], 2, 3)
-    pose, rate = innovation[..., None, :3], innovation[..., None, 3:]
-    motion = prediction.reshape(pairs) + gain[..., 0, :] * pose + gain[..., 1, :] * rate
-    motion = motion.reshape(innovation.shape)
-    motion[..., 2] = wrap(motion[..., 2])
+    """Returns predicted motions (..., 6), corrected, and the innovations; see ``correct``."""
+    motion, innovation = np.empty(prediction.shape), np.empty(prediction.shape)
+    known = given(prediction).reshape(-1, 6), given(measured).reshape(-1, 6), given(gain)
+    _correct_all(*known, motion.reshape(-1, 6), innovation.reshape(-1, 6))
     return motion, innovation
+
+
+@compiled
+def _predict_all(motion: Float, dt: float, after: Float) -> None:
+    for row in range(len(motion)):
+        predict(motion[row], dt, after[row])
+
+
+@compiled
+def _correct_all(
+    prediction: Float, measured: Float, gain: Float, motion: Float, innovation: Float
+) -> None:
+    for row in range(len(motion)):
+        correct(prediction[row], measured[row], gain, motion[row], innovation[row])
 
 
 def steady_gain(acceleration: float, pose_noise: float, rate_noise: float, dt: float) -> Float:

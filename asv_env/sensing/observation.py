@@ -142,6 +142,7 @@ DEFAULT = (
     scalar("vessel_yaw_rate_fine", FINE_YAW_RATE, 1.0, _column("vessel_yaw_rate")),
     scalar("inverse_team_size", 0.5, 2.0, _column("inverse_team_size")),
     scalar("inverse_vessel_length", PER_LENGTH, 4.0, _column("inverse_vessel_length")),
+    scalar("vessel_seen", 1.0, 1.0, _column("vessel_seen")),
     Feature(
         "neighbours",
         Columns(NAMES_OF_NEIGHBOURS),
@@ -207,6 +208,7 @@ def observe(
     params: EnvParams,
     num_threads: int = 1,
     worlds: Int | None = None,
+    own: bool = False,
 ) -> Observation:
     """Returns some features (n, A, K) of what is sensed, float32, within their bounds.
 
@@ -216,24 +218,34 @@ def observe(
         params: parameters of the environment.
         num_threads: number of threads over which the worlds are spread.
         worlds: (n,) numbers of the worlds; None takes all.
+        own: whether each boat has a row of its own in ``sensed``, row w A + a, and observes that.
     """
-    layout, team = _layout(features, params), sensed.slot.shape[1]
-    chosen = given(np.arange(len(sensed.slot)) if worlds is None else worlds, np.int64)
+    layout, (views, team) = _layout(features, params), sensed.slot.shape
+    count = views // team if own else views
+    chosen = given(np.arange(count) if worlds is None else worlds, np.int64)
     observed = np.empty((len(chosen), team, layout.width), dtype=np.float32)
     seen, inverse_length = known(sensed), 1.0 / params.vessel.length
 
     def run(first: int, last: int, thread: int) -> None:
-        fill(first, last, chosen, seen, inverse_length, layout.plan, observed)
+        fill(first, last, chosen, seen, own, inverse_length, layout.plan, observed)
 
     spread(run, len(chosen), num_threads)
     if layout.others:
-        _observe_others(
-            layout, sensed if worlds is None else rows(sensed, worlds), params, observed
-        )
+        if worlds is not None:
+            views_of = (worlds[:, None] * team + np.arange(team)).ravel() if own else worlds
+            sensed = rows(sensed, views_of)
+        _observe_others(layout, sensed, params, own, observed)
         if np.isnan(observed).any():
             broken = np.isnan(observed).any(axis=(0, 1)).argmax()
             raise FunctionError(f"{KIND} {column_names(features)[broken]!r} is not a number")
     return observed
+
+
+def own_rows(values: np.ndarray) -> np.ndarray:
+    """Returns each boat's own part (W, A, ...) of what every boat finds for all (W A, A, ...)."""
+    team, views = values.shape[1], np.arange(len(values))
+    own = values[views, views % team]
+    return own.reshape(-1, team, *values.shape[2:])
 
 
 class _Layout(NamedTuple):
@@ -268,9 +280,12 @@ def _layout(features: Features, params: EnvParams) -> _Layout:
 
 
 def _observe_others(
-    layout: _Layout, sensed: Sensed, params: EnvParams, observed: Observation
+    layout: _Layout, sensed: Sensed, params: EnvParams, own: bool, observed: Observation
 ) -> None:
-    """Writes the features (n, A, K) that functions of users compute."""
+    """Writes the features (n, A, K) that functions of users compute.
+
+    Where each boat has a row of its own in ``sensed``, they are computed for all boats by each.
+    """
     view, (worlds, team) = View(sensed, params), sensed.slot.shape
     for feature, place, factor, bound in layout.others:
         forms = _forms(worlds, team, len(factor))
@@ -279,7 +294,10 @@ def _observe_others(
             value = np.stack([value.real, value.imag], axis=-1)
         elif value.ndim == 2:
             value = value[..., None]
-        observed[..., place] = np.clip(value * factor, -bound, bound)
+        found = np.clip(value * factor, -bound, bound)
+        if own:
+            found = own_rows(np.broadcast_to(found, (worlds, team, len(factor))))
+        observed[..., place] = found
 
 
 def _forms(worlds: int, team: int, width: int) -> Forms:

@@ -1,64 +1,212 @@
 """Measurement and estimate: the true motion with white noise, and a Kalman filter of it.
 
-The team shares one measurement, as the paper's boats share one motion-capture system. The
-filter is the steady-state Kalman filter of each axis, a pose and its rate, for a hull with random
-acceleration of the expected size.
+By default the team shares one measurement, as the paper's boats share one motion-capture system.
+With ``SensorParams.shared=False`` every boat is an observer of its own: its measurement of each
+body has its own noise and its own losses, and bodies farther away than the range are unseen. The
+axis of the observers is part of that of the worlds: row w A + a is what boat a of world w knows.
+
+The filter is the steady-state Kalman filter of each axis, a pose and its rate, for a hull with
+random acceleration of the expected size.
 
 The measurement of a body can be lost; the filter then predicts. Its gain stays that of a filter
 that loses none, so after a gap it trusts its prediction more than is best. What is measured and
-estimated reaches the boats after the latency; nothing makes up for its age.
+estimated reaches the boats after the delay; nothing makes up for its age.
 """
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from asv_env.geometry import wrap
+from asv_env.compiled import allocating, compiled
+from asv_env.geometry import wrapped
 from asv_env.params import EnvParams
-from asv_env.sensing.kalman import corrected, predicted, steady_gain
-from asv_env.types import Bool, Float, copied, frozen, put_rows
+from asv_env.sensing.kalman import correct, predict, steady_gain
+from asv_env.threads import spread
+from asv_env.types import Bool, Float, Int, copied, frozen, given, put_rows
 
-BLOCK = 64  #: ticks of noise drawn from a world's Generator at a time
+BLOCK = 64  #: measurements of a body for which noise is drawn from a world's Generator at a time
+FADING = 2.0  #: time constant by which the believed rates of an unseen body fade, s at nominal size
 CHANGING = ("_readings", "_noises", "_losses", "_drawn", "_rngs")  #: names of what changes
+RECEIVED, LOST, UNSEEN = range(3)
+"""What becomes of a measurement."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What a sensing tick yields; its arrays are read-only, as the next tick makes new ones."""
+    """What a sensing tick yields; its arrays are read-only, as the next tick makes new ones.
 
-    measured: Float  #: (W, B, 6) the latest measurement that was not lost
-    estimate: Float  #: (W, B, 6) the filtered motion
-    received: Bool  #: (W, B) whether the measurement is of this tick
+    V is the number of observers: that of the worlds, or of all boats of all worlds.
+    """
+
+    measured: Float  #: (V, B, 6) the latest measurement that was received
+    estimate: Float  #: (V, B, 6) the filtered motion
+    received: Bool  #: (V, B) whether the measurement is of this tick
+    seen: Bool  #: (V, B) whether the body is in sight, as far as is known
+
+
+class Chance(NamedTuple):
+    """Random numbers of the measurements, T of each body at a time; read-only."""
+
+    noise: Float  #: (W, T, observers, B, 6) standard normal
+    lost: Bool  #: (W, T, observers, B) whether a measurement is lost
+    tick: Int  #: (W,) number of the next one, below T
+
+
+class Filter(NamedTuple):
+    """How a measurement corrects an estimate."""
+
+    gain: Float  #: (B, 2, 2, 3) of each body, see ``kalman.correct``
+    dt: float  #: duration of a sensing tick, s
+    keep: float  #: factor on the rates of an unseen body at each tick
+
+
+@compiled
+def sees(motion: Float, observer: int, body: int, reach: float) -> bool:
+    """Returns whether a body of a motion (B, 6) is within reach, m, of another one."""
+    x, y = motion[body, 0] - motion[observer, 0], motion[body, 1] - motion[observer, 1]
+    return x * x + y * y <= reach * reach
+
+
+@compiled
+def measure(
+    first: int,
+    last: int,
+    worlds: Int,
+    motion: Float,
+    deviation: Float,
+    reach: float,
+    chance: Chance,
+    measured: Float,
+    outcome: Int,
+) -> None:
+    """Writes the measurements of some worlds, and what becomes of them.
+
+    Args:
+        first: place of the first world in ``worlds``.
+        last: place after that of the last one.
+        worlds: (n,) numbers of the worlds.
+        motion: (W, B, 6) true motion.
+        deviation: (6,) standard deviations of the noise.
+        reach: distance within which an observer sees, m.
+        chance: random numbers.
+        measured: (n observers, B, 6) measurements.
+        outcome: (n observers, B) ``RECEIVED``, ``LOST`` or ``UNSEEN``.
+    """
+    observers, bodies = chance.lost.shape[2:]
+    for place in range(first, last):
+        world = worlds[place]
+        now, tick = motion[world], chance.tick[world]
+        for observer in range(observers):
+            row = place * observers + observer
+            for body in range(bodies):
+                own = observers > 1 and body == observer + 1
+                for k in range(6):
+                    noise = chance.noise[world, tick, observer, body, k]
+                    measured[row, body, k] = now[body, k] + deviation[k] * noise
+                measured[row, body, 2] = wrapped(measured[row, body, 2])
+                outcome[row, body] = RECEIVED
+                if chance.lost[world, tick, observer, body] and not own:
+                    outcome[row, body] = LOST
+                elif observers > 1 and not sees(now, observer + 1, body, reach):
+                    outcome[row, body] = UNSEEN
+
+
+class Past(NamedTuple):
+    """Fields of the ``Reading`` before a tick, read-only."""
+
+    measured: Float
+    estimate: Float
+    seen: Bool
+
+
+@allocating
+def advance(
+    first: int,
+    last: int,
+    before: Past,
+    measured: Float,
+    outcome: Int,
+    rules: Filter,
+    after: Float,
+    received: Bool,
+    seen: Bool,
+) -> None:
+    """Writes what some observers know after a tick, from what they knew and have measured.
+
+    A body that comes into sight is known by its measurement alone; the believed rates of one that
+    is unseen fade. A lost measurement does not tell whether its body is in sight.
+
+    Args:
+        first: number of the first observer.
+        last: number after that of the last one.
+        before: what they knew.
+        measured: (V, B, 6) measurements; where none was received, the one before takes its place.
+        outcome: (V, B) what has become of them.
+        rules: how they correct the estimate.
+        after: (V, B, 6) estimate.
+        received: (V, B) as in ``Reading``.
+        seen: (V, B) as in ``Reading``.
+    """
+    innovation = np.empty(6)
+    for row in range(first, last):
+        for body in range(measured.shape[1]):
+            motion, now = after[row, body], measured[row, body]
+            came, sighted = outcome[row, body] == RECEIVED, before.seen[row, body]
+            predict(before.estimate[row, body], rules.dt, motion)
+            if came and sighted:
+                correct(motion, now, rules.gain[body], motion, innovation)
+            elif came:
+                motion[:] = now
+            else:
+                motion[2] = wrapped(motion[2])
+                now[:] = before.measured[row, body]
+            in_sight = came or (sighted and outcome[row, body] == LOST)
+            received[row, body], seen[row, body] = came, in_sight
+            if not in_sight:
+                motion[3:] *= rules.keep
 
 
 class Sensors:
-    """Measurement and filter of ``num_worlds`` worlds, each with Generators of its own."""
+    """Measurement and filter of ``num_worlds`` worlds, each with Generators of its own.
 
-    def __init__(self, params: EnvParams, num_worlds: int) -> None:
+    V observers: one for each world, or each boat.
+    """
+
+    def __init__(self, params: EnvParams, num_worlds: int, num_threads: int) -> None:
         p, clock = params.sensors, params.clock
-        self._params, self._dt, self._exact = p, 1.0 / clock.sensing, p.exact
+        self._params, self._exact, self._num_threads = p, p.exact, num_threads
         #: sensing ticks in a control tick
         self._ticks = 1 if p.exact else clock.sensing // clock.control
         self._noise = np.array(
             [p.position_noise] * 2 + [p.heading_noise] + [p.speed_noise] * 2 + [p.yaw_rate_noise]
         )
-        shape = (num_worlds, 1 + params.num_boats)
+        bodies = 1 + params.num_boats
+        self.observers = 1 if p.shared else params.num_boats  #: of each world
+        shape = (num_worlds * self.observers, bodies)
         self._all = np.ones(shape, dtype=np.bool_)
-        blank = frozen(Reading(np.zeros((*shape, 6)), np.zeros((*shape, 6)), self._all))
+        self._all.setflags(write=False)
+        still = np.zeros((*shape, 6))
+        blank = frozen(Reading(still, still, self._all, self._all))
         # Oldest first: those that a control tick delivers, then those under way.
-        size = self._ticks * (1 + p.latency)
+        size = self._ticks * (1 + clock.ticks(p.delay))
         self._readings = deque([blank] * size, maxlen=size)
-        self._filters = not p.noiseless or p.dropout > 0.0
+        self._filters = not p.noiseless or p.dropout > 0.0 or p.range is not None
         if self._filters:
-            vessel = self._axes_gain(p.vessel_acceleration, p.vessel_yaw_acceleration)
-            boat = self._axes_gain(p.acceleration, p.yaw_acceleration)
-            self._gain = np.stack([vessel] + [boat] * params.num_boats)
-            self._noises = np.zeros((num_worlds, BLOCK, *shape[1:], 6))
-            self._losses = np.zeros((num_worlds, BLOCK, *shape[1:]), dtype=np.bool_)
-            self._drawn = np.full(num_worlds, BLOCK)
+            dt = 1.0 / clock.sensing
+            vessel = self._axes_gain(p.vessel_acceleration, p.vessel_yaw_acceleration, dt)
+            boat = self._axes_gain(p.acceleration, p.yaw_acceleration, dt)
+            keep = math.exp(-dt / (FADING * math.sqrt(params.scale)))
+            gain = np.stack([vessel] + [boat] * params.num_boats)
+            self._rules = Filter(given(gain), dt, keep)
+            block = max(1, BLOCK // self.observers)
+            drawn = (num_worlds, block, self.observers, bodies)
+            self._noises = np.zeros((*drawn, 6))
+            self._losses = np.zeros(drawn, dtype=np.bool_)
+            self._drawn = np.full(num_worlds, block)
             #: Generators of noise and of losses, by world
             self._rngs: dict[int, tuple[np.random.Generator, np.random.Generator]] = {}
 
@@ -72,6 +220,15 @@ class Sensors:
         for reading in self._readings:
             frozen(reading)
 
+    def of_each(self, values: Any) -> Any:
+        """Returns values (n, ...) of worlds as those (n observers, ...) of their observers."""
+        return values if self.observers == 1 else np.repeat(values, self.observers, axis=0)
+
+    def rows(self, index: np.ndarray) -> np.ndarray:
+        """Returns the numbers (n observers,) of the observers of some worlds (n,)."""
+        first = self.observers * np.asarray(index)[:, None]
+        return (first + np.arange(self.observers)).reshape(-1)
+
     def reset(
         self, index: np.ndarray, motion: Float, rngs: Mapping[int, np.random.Generator]
     ) -> None:
@@ -79,39 +236,45 @@ class Sensors:
 
         The noise of an episode has a Generator of its own, spawned from the world's, so that
         the next episode does not depend on how long this one was; and so have the losses, so that
-        the noise is the same with and without them. The first measurement is received at once.
+        the noise is the same with and without them. The first measurement is received at once: it
+        is one of all bodies, which every observer hears.
         """
         if self._exact:
             self.sense(motion)
             return
-        motion = motion[index]
+        first = motion[index]
         if self._filters:
-            self._drawn[index] = BLOCK
+            self._drawn[index] = self._noises.shape[1]
             for world in map(int, index):
                 noise = rngs[world].spawn(1)[0]
                 self._rngs[world] = noise, noise.spawn(1)[0]
-            motion, _ = self._drawn_at(index, motion)
+            first = self._measured(index, motion)[0][:: self.observers]
+        first, rows = self.of_each(first), self.rows(index)
+        seen = np.ones(first.shape[:2], dtype=np.bool_)
         for age, reading in enumerate(self._readings):
-            begun, received = copied(reading), np.full(motion.shape[:2], age == self._ticks - 1)
-            put_rows(begun, index, Reading(motion, motion, received))
+            begun, received = copied(reading), seen & (age == self._ticks - 1)
+            put_rows(begun, rows, Reading(first, first, received, seen))
             self._readings[age] = frozen(begun)
 
     def sense(self, motion: Float) -> None:
         """Measures the motion (W, B, 6) and advances the estimate by one sensing tick."""
         if not self._filters:
-            self._readings.append(Reading(motion, motion, self._all))
+            known = self.of_each(motion)
+            known.setflags(write=False)
+            self._readings.append(Reading(known, known, self._all, self._all))
             return
-        before = self._readings[-1]
-        measured, lost = self._drawn_at(np.arange(len(motion)), motion)
-        prediction = predicted(before.estimate, self._dt)
-        estimate, _ = corrected(prediction, measured, self._gain)
-        received = self._all
-        if self._params.dropout:
-            prediction[..., 2] = wrap(prediction[..., 2])
-            np.copyto(measured, before.measured, where=lost[..., None])
-            np.copyto(estimate, prediction, where=lost[..., None])
-            received = ~lost
-        self._readings.append(frozen(Reading(measured, estimate, received)))
+        last = self._readings[-1]
+        before = Past(last.measured, last.estimate, last.seen)
+        measured, outcome = self._measured(np.arange(len(motion)), motion)
+        after = np.empty_like(measured)
+        received, seen = np.empty_like(self._all), np.empty_like(self._all)
+        found = after, received, seen
+
+        def run(first: int, last: int, thread: int) -> None:
+            advance(first, last, before, measured, outcome, self._rules, *found)
+
+        spread(run, len(measured), self._num_threads)
+        self._readings.append(frozen(Reading(measured, *found)))
 
     def delivered(self) -> dict[str, Any]:
         """Returns the fields of ``Reading``, as they reach the boats with a control tick.
@@ -125,25 +288,38 @@ class Sensors:
         received.setflags(write=False)
         return {**vars(since[-1]), "received": received}
 
-    def _axes_gain(self, acceleration: float, yaw_acceleration: float) -> Float:
+    def _axes_gain(self, acceleration: float, yaw_acceleration: float, dt: float) -> Float:
         """Returns the filter gain (2, 2, 3) of one hull's axes x, y and heading."""
         accelerations = (acceleration, acceleration, yaw_acceleration)
         axes = zip(accelerations, self._noise[:3], self._noise[3:], strict=True)
-        return np.stack([steady_gain(*axis, self._dt) for axis in axes], axis=-1)
+        return np.stack([steady_gain(*axis, dt) for axis in axes], axis=-1)
 
-    def _drawn_at(self, index: np.ndarray, motion: Float) -> tuple[Float, Bool]:
-        """Returns the motion (n, B, 6) of the worlds ``index`` (n,) with the noise of a tick.
+    def _measured(self, index: np.ndarray, motion: Float) -> tuple[Float, Int]:
+        """Returns the measurements (n observers, B, 6) of a tick in the worlds ``index`` (n,).
 
-        The other array, (n, B), tells which measurements of the tick are lost.
+        The motion (W, B, 6) is that of all worlds. The other array, (n observers, B), tells what
+        becomes of the measurements.
         """
-        for world in index[self._drawn[index] == BLOCK]:
-            noise, loss = self._rngs[int(world)]
-            self._noises[world] = noise.standard_normal(self._noises.shape[1:])
+        self._draw(index[self._drawn[index] == self._noises.shape[1]])
+        shape = (len(index) * self.observers, self._noises.shape[3])
+        measured, outcome = np.empty((*shape, 6)), np.empty(shape, dtype=np.int64)
+        reach = math.inf if self._params.range is None else self._params.range
+        chance = Chance(given(self._noises), given(self._losses, np.bool_), self._drawn)
+        known = given(index, np.int64), given(motion), given(self._noise), reach, chance
+
+        def run(first: int, last: int, thread: int) -> None:
+            measure(first, last, *known, measured, outcome)
+
+        spread(run, len(index), self._num_threads)
+        self._drawn[index] += 1
+        return measured, outcome
+
+    def _draw(self, index: np.ndarray) -> None:
+        """Draws the random numbers of the next measurements in the worlds ``index`` (n,)."""
+        for world in map(int, index):
+            noise, loss = self._rngs[world]
+            if not self._params.noiseless:
+                noise.standard_normal(out=self._noises[world])
             if self._params.dropout:
                 self._losses[world] = loss.random(self._losses.shape[1:]) < self._params.dropout
-            self._drawn[world] = 0
-        tick = index, self._drawn[index]
-        noisy, lost = motion + self._noise * self._noises[tick], self._losses[tick]
-        self._drawn[index] += 1
-        noisy[..., 2] = wrap(noisy[..., 2])
-        return noisy, lost
+        self._drawn[index] = 0

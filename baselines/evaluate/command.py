@@ -51,7 +51,7 @@ class Options:
     episodes: int | None = None
     """number of episodes of each condition; by default the suite's, or 100"""
     scenario: tuple[str, ...] = ()
-    """scenarios of a sweep: nominal, noisy, latency, dropout, shelter, current, gyre, mismatch,
+    """scenarios of a sweep: nominal, noisy, delay, dropout, shelter, current, gyre, mismatch,
     failure, harsh, or module:NAME; by default nominal"""
     num_boats: tuple[int, ...] = ()  # team sizes of a sweep, 2 to 100; by default 4
     preset: str | None = None

@@ -16,14 +16,15 @@ from asv_env.numerics import numerics
 from asv_env.params import EnvParams
 from asv_env.simulation import Simulation
 from asv_env.text import described, shown
+from baselines.distributed import distributed
 from baselines.evaluate.conditions import Condition, Suite
 from baselines.evaluate.fingerprints import fingerprint, identify, is_own
 from baselines.evaluate.names import check_distinct, check_policy_name
 from baselines.learned import policy_file
 from baselines.learned.sb3_policy import Sb3Policy
-from baselines.policy import POLICIES, MakePolicy
+from baselines.policy import POLICIES, MakePolicy, decision
 from baselines.rollout import provenance
-from baselines.rollout.guard import decision, is_ctrl_c
+from baselines.rollout.guard import is_ctrl_c
 from baselines.rollout.process_state import restored
 
 EXPORTED = policy_file.SUFFIX  #: ending of the names of policy files
@@ -224,7 +225,7 @@ def _check_decision(policy: Any, params: EnvParams, seed: int) -> None:
     except TypeError as error:
         raise TypeError(f"act must take (sensed, observation, memory, fresh): {error}") from error
     try:
-        decided = policy.act(*arguments)
+        decided = distributed(policy, params).act(*arguments)
     except BaseException as error:
         if is_ctrl_c(error):
             raise

@@ -59,10 +59,10 @@ def _robust() -> tuple[Condition, ...]:
         ),
         "hulls": ("mass ±20 %, drag ±30 % of each hull", {"variation": {"mass": 0.2, "drag": 0.3}}),
         "shelter": ("hulls that touch shelter each other, by 30 %", {"water": {"shelter": 0.3}}),
-        "sensing-latency": ("measurements are 200 ms old", {"sensors": {"latency": 2}}),
-        "actuation-latency": (
+        "sensing-delay": ("measurements are 200 ms old", {"sensors": {"delay": 0.2}}),
+        "actuation-delay": (
             "commands arrive after 200 ms",
-            {"variation": {"actuation_latency": 2}},
+            {"variation": {"actuation_delay": 0.2}},
         ),
         "dropout": ("half of the measurements are lost", {"sensors": {"dropout": 0.5}}),
         "friction-low": ("contact friction 0.1", {"water": {"contact_friction": 0.1}}),

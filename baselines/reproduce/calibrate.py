@@ -24,7 +24,7 @@ from tqdm import tqdm
 
 from asv_env.checks import check_whole
 from asv_env.files import write_text
-from asv_env.presets import NOISE
+from asv_env.presets import NOISE, PRESETS
 from baselines.evaluate.publish import marks
 from baselines.paper.paper_numbers import PAPER_HEADING, PAPER_POSITION, PAPER_TRIALS
 from baselines.policy import POLICIES
@@ -42,6 +42,7 @@ NAME = "calibration"
 PRINTED = {"distance": PAPER_POSITION, "heading": PAPER_HEADING}  #: cm, rad
 WITHIN = 2.0  #: standard errors within which a moment fits the paper's
 IN_RANGE = 20.0  #: distance within which a trial counts, cm: the motors are turned off there
+HZ = PRESETS["experiment"]["clock"]["control"]  #: control ticks a second
 UNFIT = 1e3  #: misfit where less than half of the trials count
 
 
@@ -67,11 +68,11 @@ class Disturbances:
         """Returns the parameters that differ in a preset with them, by section."""
         sensors = {name: round(self.noise * deviation, 6) for name, deviation in NOISE.items()}
         sections = {
-            "sensors": {**sensors, "latency": self.sensing_latency},
+            "sensors": {**sensors, "delay": self.sensing_latency / HZ},
             "variation": {
                 "thrust": self.mismatch,
                 "thrust_bias": self.bias,
-                "actuation_latency": self.actuation_latency,
+                "actuation_delay": self.actuation_latency / HZ,
             },
         }
         differing = {

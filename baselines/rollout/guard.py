@@ -12,7 +12,8 @@ import numpy as np
 from asv_env.params import EnvParams
 from asv_env.text import described
 from asv_env.types import Action, Bool, Observation, Sensed
-from baselines.policy import MakePolicy, Policy, checked_action
+from baselines.distributed import distributed
+from baselines.policy import MakePolicy, Policy, decision
 from baselines.rollout.process_state import Terminated
 
 
@@ -40,10 +41,10 @@ class Guard:
         Raises:
             PolicyError: the policy failed, and there are several worlds.
         """
-        shape = (*sensed.slot.shape, 2)
+        shape = (len(fresh), sensed.slot.shape[1], 2)
         try:
             if self._policy is None:
-                self._policy = self._make(self._params)
+                self._policy = distributed(self._make(self._params), self._params)
             action, memory = decision(self._policy.act(sensed, observation, memory, fresh), shape)
         except BaseException as error:
             if is_ctrl_c(error):
@@ -54,25 +55,13 @@ class Guard:
                 raise PolicyError(text) from None
             self.errors = {0: text}
             return np.zeros(shape, dtype=np.float32), None
+        views = len(sensed.tick) // len(fresh)
         finite = np.asarray(np.isfinite(action).all(axis=(1, 2)))
         self.errors = {
-            world: f"action not finite at tick {sensed.tick[world]}"
+            world: f"action not finite at tick {sensed.tick[world * views]}"
             for world in map(int, np.flatnonzero(~finite))
         }
         return np.where(finite[:, None, None], action, np.float32(0.0)), memory
-
-
-def decision(decided: Any, shape: tuple[int, ...]) -> tuple[Action, Any]:
-    """Returns the action and the memory that a policy has returned.
-
-    Raises:
-        TypeError: not a pair, or not numbers; whatever reading them raises.
-        ValueError: another shape than (W, A, 2).
-    """
-    if not (isinstance(decided, tuple) and len(decided) == 2):
-        raise TypeError(f"act returned {type(decided).__name__}: return (action, memory)")
-    action, memory = decided
-    return checked_action(action, shape), memory
 
 
 def is_ctrl_c(error: BaseException) -> bool:

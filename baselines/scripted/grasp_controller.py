@@ -82,7 +82,8 @@ class GraspController:
 
         course, length = self._path.course(relations.boat, waypoint, memory.turn_direction)
         wanted = self._cruising_speed(length, np.abs(gap), sensed, memory) * course
-        wanted += avoidance_velocity(relations.boat, gains.avoidance_range, gains.avoidance_speed)
+        limits = gains.avoidance_range, gains.avoidance_speed
+        wanted += avoidance_velocity(relations.boat, sensed.seen[:, 1:], *limits)
         wanted = np.where(docks, self._docking.velocity(gap, memory.astern), wanted)
         speed = ((wanted + hull) * bow.conj()).real
         speed = np.where(docks, speed, np.maximum(speed, 0.0))  # Others turn before they go.
@@ -121,14 +122,16 @@ class GraspController:
         return np.minimum(speed, MIN_SPEED + self._gains.arrival_gain * distance)
 
 
-def avoidance_velocity(boat: Complex, reach: float, speed: float) -> Complex:
+def avoidance_velocity(boat: Complex, seen: Bool, reach: float, speed: float) -> Complex:
     """Returns the velocity (W, A) m/s of boats (W, A) away from those within ``reach``, m.
+
+    Only those that are ``seen`` (W, A) are avoided: nobody knows where the others are.
 
     It grows from 0 to ``speed``, m/s, as the distance shrinks to 0.
     """
     away = boat[:, :, None] - boat[:, None, :]
     distance = np.abs(away)
-    nearness = np.maximum(1.0 - distance / reach, 0.0)
+    nearness = np.maximum(1.0 - distance / reach, 0.0) * seen[:, None, :]
     return speed * STARBOARD * (nearness * away / np.maximum(distance, TINY)).sum(axis=2)
 
 

@@ -35,11 +35,12 @@ class VesselMemory:
     drift: Complex  #: (W,) estimated velocity of the water, m/s, world frame
     force: Complex  #: (W,) that the boats exert on the vessel until the next tick, its frame, N
     moment: Float  #: (W,) that they exert, N m
+    seen: Bool  #: (W,) whether the vessel was in sight
 
     @classmethod
     def empty(cls, worlds: int) -> Self:
         """Returns memory to be filled by ``VesselObserver.restart``."""
-        return zeros(cls, (worlds, 6), (worlds,), (worlds,), (worlds,))
+        return zeros(cls, (worlds, 6), (worlds,), (worlds,), (worlds,), (worlds,))
 
 
 class VesselObserver:

@@ -1,8 +1,9 @@
 """The scripted baseline: observes, decides the phase of every world, and lets it act.
 
-All worlds are computed at once. Everything a boat does follows from the measurement that the team
-shares and from its own slot, so that each boat could compute its own part. Where the team pushes
-from the vessel's -n side, the world is mirrored first; a world of another scale is shrunk.
+All worlds are computed at once. Everything a boat does follows from what the team knows and from
+its own slot, so that each boat can compute its own part; with sensors of their own they do, see
+``baselines.distributed``. Where the team pushes from the vessel's -n side, the world is mirrored
+first; a world of another scale is shrunk.
 """
 
 from copy import deepcopy
@@ -72,7 +73,7 @@ class ScriptedPolicy:
         self._helm = Helm(params)
         self._lost = LOST * params.vessel.length
         #: age of the measurements, s, for which the motion is predicted
-        self._latency = params.sensors.latency / params.clock.control
+        self._delay = params.sensors.delay
         self._grasp = GraspController(params, grasp)
         planner = planner or PathPlanner(params.hulls()[0], PathGains())
         self._push = PushController(params, planner, push, tolerances)
@@ -93,15 +94,18 @@ class ScriptedPolicy:
             fresh = np.ones_like(fresh)
         memory = deepcopy(memory)
         self._observer.update(sensed, memory.vessel, memory.pushing & ~memory.path.released)
-        self._observer.restart(sensed, memory.vessel, fresh)
+        # What was believed of a vessel that comes into sight is older than its measurement.
+        sighted = sensed.seen[:, 0] & ~memory.vessel.seen
+        self._observer.restart(sensed, memory.vessel, fresh | sighted)
+        memory.vessel.seen = sensed.seen[:, 0].copy()
         motion = sensed.estimate.copy()
         motion[:, 0] = memory.vessel.motion
-        motion = predicted(motion, self._latency)
+        motion = predicted(motion, self._delay)
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
         # A world PUSHes from closure on, or where a failed boat prevents it, until a boat is far
         # from its slot.
-        near = (relations.slot_error < self._lost) | ~sensed.working
+        near = (relations.slot_error < self._lost) | ~sensed.working | ~sensed.seen[:, 1:]
         blocked = self._grasp.blocked(sensed, memory.grasp)
         pushes_on = (memory.pushing | blocked) & ~fresh & near.all(axis=1)
         pushing = (sensed.closed | pushes_on) & self._has_goal

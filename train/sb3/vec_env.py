@@ -11,6 +11,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from asv_env.envs.sb3 import BoatVecEnv, RowObservation
 from asv_env.types import Action, Bool, Observation
+from baselines.distributed import distributed
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 from train.curriculum import adapter_options, rollout_states
@@ -113,7 +114,8 @@ class ResidualVecEnv(BoatVecEnv):
 
     def __init__(self, *args: Any, scale: float, **options: Any) -> None:
         super().__init__(*args, **options)
-        self._scale, self._scripted = scale, ScriptedPolicy(self.params)
+        scripted = ScriptedPolicy(self.params)
+        self._scale, self._scripted = scale, distributed(scripted, self.params)
         self._memory: Any = None
         self._fresh = np.ones(self.num_worlds, dtype=np.bool_)
 
