@@ -18,6 +18,7 @@ LAWS = (
     "compiled.py",
     "capsules.py",
     "geometry.py",
+    "polygons.py",
     *(f"{room}/*.py" for room in ("params", "physics", "sensing", "tasks")),
 )  #: files with laws and constants
 Law = TypeVar("Law", bound=Callable[..., Any])

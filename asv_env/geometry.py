@@ -94,15 +94,3 @@ def boat_hull(length: float, width: float, bow: float) -> list[tuple[float, floa
     """
     x, y, b = length / 2, width / 2, bow / 2
     return [(-x, -y), (x - bow, -y), (x, -b), (x, b), (x - bow, y), (-x, y)]
-
-
-def polygon_gyration(vertices: list[tuple[float, float]]) -> float:
-    """Returns the squared radius of gyration of a uniform polygon about the origin, m^2.
-
-    It is the area integral over the triangles that the edges span with the origin.
-    """
-    points = np.array(vertices)
-    following = np.roll(points, -1, axis=0)
-    cross = points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]
-    squares = (points**2 + points * following + following**2).sum(axis=1)
-    return float((cross * squares).sum() / (6 * cross.sum()))

@@ -23,9 +23,11 @@ from asv_env.params import (
     VesselParams,
     obstacle_params,
     pitches,
+    shaping,
 )
 from asv_env.params.env_params import round_delays
 from asv_env.params.literature import CRAFT
+from asv_env.params.outlines import SHAPES
 from asv_env.params.scaling import SCALE, overrides, scaled, scaled_shapes
 from asv_env.registry import ReadOnlyDict, Registry
 from asv_env.sensing import observation as observing
@@ -85,10 +87,16 @@ DIFFICULTIES: Registry[Overrides] = Registry(
 """How hard the worlds are, by name, in lengths of the nominal vessel and at its scale."""
 HULLS: Registry[Any] = Registry(
     "hull",
-    {"nominal": {}, "no-fins": {"fins": 0.0}},
+    {
+        **{"nominal": {}, "plank": {}, "no-fins": {"fins": 0.0}},
+        **{name: {"outline": name} for name in SHAPES},
+    },
     lambda thing: isinstance(thing, Mapping | HullParams),
 )
-"""Hulls by name, for the options ``vessel`` and ``boat``."""
+"""Hulls by name, for the options ``vessel`` and ``boat``.
+
+An ``outline`` is that of a vessel, and can be the name of one of ``SHAPES``.
+"""
 
 OBSTACLES: Registry[Any] = Registry(
     "layout of obstacles",
@@ -214,7 +222,7 @@ def make_params(
 
     boat = _merged(scaled(_preset_boat(preset, team), k), "boat", layers)
     vessel = _vessel(boat, team, preset, k, layers)
-    task_params = _task(definition, vessel.length / (k * NOMINAL_LENGTH), k, layers, tier)
+    task_params = _task(definition, vessel.size / (k * NOMINAL_LENGTH), k, layers, tier)
     sections = {"boat": boat, "vessel": vessel, "task": task_params}
     if sections["task"].name != definition.name:
         choice("name of the task", sections["task"].name, TASKS)
@@ -265,9 +273,14 @@ def _vessel(
     boat: BoatParams, team: int, preset: str, k: float, layers: tuple[Mapping[str, Any], ...]
 ) -> VesselParams:
     """The nominal vessel at scale k, as long as the team needs, with what is given on top."""
-    nominal = scaled(VesselParams(), k)
-    needed = nominal.stretched(max(nominal.length, pitches(team) * (boat.width + 0.01 * k)))
-    vessel = nominal.stretched(_merged(needed, "vessel", layers).length)
+    needed = pitches(team) * (boat.width + 0.01 * k)
+    outline, layers = shaping.given_outline(layers)
+    if outline is None:
+        nominal = scaled(VesselParams(), k)
+        stretched = nominal.stretched(max(nominal.length, needed))
+        vessel = nominal.stretched(_merged(stretched, "vessel", layers).length)
+    else:
+        vessel = shaping.shaped(outline, needed, k, layers)
     if preset == "paper_simulation":
         # "the sum of the ASVs' weights is equal to the individual weight of the vessel"
         vessel = replace(vessel, mass=team * boat.mass, inertia=None)

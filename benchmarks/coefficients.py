@@ -15,14 +15,19 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from scipy.special import elliprd
 
-from asv_env.geometry import polygon_gyration
 from asv_env.params import BoatParams, VesselParams
+from asv_env.params.strips import (
+    DENSITY,
+    PRISM_DRAG,
+    end_factors,
+    interpolated,
+    rectangle_sway,
+)
+from asv_env.polygons import gyration
 from baselines.evaluate.publish import marks
 from baselines.rollout.commands import FilePath, command, say
 
-DENSITY = 1000.0  #: of fresh water, kg/m^3
 VISCOSITY = 1.0e-6  #: kinematic, of fresh water at 20 degrees Celsius, m^2/s
 
 BOAT_DRAFT = 0.016  #: m
@@ -38,22 +43,9 @@ YAW_TIME = 0.45  #: yaw time constant of the boat, s: that of CyberShip II at 12
 LEVER_ARM = 0.37  #: distance of a motor from the centre line over the beam: that of the Otter
 
 COAST = (0.04, 0.20)  #: the paper's datum: the vessel coasts sideways from m/s over m
-PRISM_DRAG = 0.9
-"""Drag coefficient of the sharp-edged plank across or along its length.
-
-Rectangular prisms that are long in the flow: 0.9 at six heights (White, table 7.2); ends 0.87 to
-0.99 at four to eight diameters (table 7.3).
-"""
 PLATE_DRAG = 1.2  #: drag coefficient of a fin across the flow, a plate of few heights (table 7.3)
 FIN_DEPTH = 0.02  #: of the two cross fins below the bottom of the vessel, m
 
-RECTANGLE = (
-    (0.1, 2.23), (0.2, 1.98), (0.5, 1.70), (1.0, 1.51), (2.0, 1.36), (5.0, 1.21), (10.0, 1.14),
-)  # fmt: skip
-"""Height over length in the flow of a rectangle, and its added mass over pi rho (height / 2)^2.
-
-DNV-RP-C205, appendix D, table D-1; Newman, Marine Hydrodynamics, table 4.3.
-"""
 PLATE = ((1.0, 0.579), (1.25, 0.642), (1.59, 0.704), (2.0, 0.757), (2.5, 0.801), (3.17, 0.840),
          (4.0, 0.872), (5.0, 0.897), (6.25, 0.917), (8.0, 0.934), (10.0, 0.947))  # fmt: skip
 """Aspect ratio of a plate across the flow, and its added mass over that of strips (table D-2)."""
@@ -78,12 +70,6 @@ class Coefficients:
     yaw: tuple[float, float]
 
 
-def interpolated(table: tuple[tuple[float, float], ...], ratio: float) -> float:
-    """Returns a value of a table, linear in the logarithm of its first column."""
-    ratios, values = np.transpose(table)
-    return float(np.interp(math.log(ratio), np.log(ratios), values))
-
-
 def lewis_sway(beam: float, draft: float, fullness: float) -> float:
     """Returns the added mass in sway of a Lewis section, kg/m.
 
@@ -104,35 +90,10 @@ def lewis_sway(beam: float, draft: float, fullness: float) -> float:
     return DENSITY * math.pi / 2 * draft**2 * shape
 
 
-def rectangle_sway(beam: float, draft: float) -> float:
-    """Returns the added mass in sway of a rectangular section, kg/m."""
-    return DENSITY * math.pi / 2 * draft**2 * interpolated(RECTANGLE, 2 * draft / beam)
-
-
 def plate_mass(breadth: float, height: float) -> float:
     """Returns the added mass of a submerged plate across the flow, kg; ``breadth`` is longer."""
     strips = DENSITY * math.pi / 4 * height**2 * breadth
     return strips * interpolated(PLATE, breadth / height)
-
-
-def end_factors(length: float, beam: float, draft: float) -> tuple[float, float, float]:
-    """Returns what the flow round the ends does to strip theory.
-
-    It is taken from the ellipsoid with the axes of the double body (Lamb, Hydrodynamics,
-    articles 114 and 115), as Lewis and Taylor did.
-
-    Returns:
-        Added mass in surge over the displaced mass, and added mass in sway and added inertia in
-        yaw over those of strips.
-    """
-    a, b, c = length / 2, beam / 2, draft
-    alpha = 2 / 3 * a * b * c * float(elliprd(b * b, c * c, a * a))
-    beta = 2 / 3 * a * b * c * float(elliprd(a * a, c * c, b * b))
-    surge, sway = alpha / (2 - alpha), beta / (2 - beta)
-    difference, total = a * a - b * b, a * a + b * b
-    turn = difference**2 * (beta - alpha) / (2 * difference + total * (alpha - beta))
-    # Displaced masses over those of strips, both of the ellipsoid.
-    return surge, sway * b / c, turn * b / (c * a * a)
 
 
 def friction(length: float, speed: float, area: float) -> float:
@@ -163,7 +124,7 @@ def boat(hull: BoatParams) -> Coefficients:
     across = 0.5 * DENSITY * interpolated(CROSS_FLOW, beam / (2 * draft)) * draft
     dry = hull.inertia
     if dry is None:
-        dry = hull.mass * polygon_gyration(hull.outline)
+        dry = hull.mass * gyration(hull.corners)
     return Coefficients(
         added_mass=(ahead * hull.mass, sway_ends * section * length),
         added_inertia=added_inertia,

@@ -13,7 +13,7 @@ GROUND = {
     f"asv_env.{name}"
     for name in (
         *("types", "text", "checks", "files", "geometry", "numerics", "registry", "params"),
-        *("compiled", "threads", "memo", "capsules"),
+        *("compiled", "threads", "memo", "capsules", "polygons"),
     )
 }
 WORLD = {
@@ -41,6 +41,7 @@ ROOMS = {
     "asv_env.registry": GROUND,
     "asv_env.geometry": GROUND,
     "asv_env.capsules": GROUND,
+    "asv_env.polygons": GROUND,
     "asv_env.params": GROUND,
     "asv_env.physics": GROUND,
     "asv_env.tasks": GROUND,

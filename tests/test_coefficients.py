@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from scipy.integrate import quad
 
-from asv_env.params import BoatParams, VesselParams
+from asv_env.params import BoatParams, VesselParams, strips
 from asv_env.params.hull_params import FIN_ADDED_MASS
 from asv_env.params.literature import CRAFT
 from baselines.evaluate.publish import marks
@@ -39,7 +39,7 @@ def test_table_of_rectangles_agrees_with_their_conformal_map(coefficients, corne
     height, length = half_side(0, corner), half_side(corner, math.pi / 2)
     mass = 2 * math.pi * (1 - math.cos(2 * corner)) - 4 * height * length
     ratio = mass / (math.pi * height**2)
-    table = coefficients.interpolated(coefficients.RECTANGLE, height / length)
+    table = coefficients.interpolated(strips.RECTANGLE, height / length)
     assert 0.1 < height / length < 10
     assert table == approx(ratio, rel=0.01)
 

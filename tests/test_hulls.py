@@ -13,7 +13,7 @@ from helpers import (
     terminal,
 )
 
-from asv_env import geometry
+from asv_env import polygons
 from asv_env.params import BoatParams, VesselParams
 
 approx = pytest.approx
@@ -38,8 +38,8 @@ def quadrature(outline):
 
 @pytest.mark.parametrize("hull", [BoatParams(), VesselParams(), BoatParams(length=0.2, bow=0.04)])
 def test_moment_of_inertia_follows_from_the_outline_unless_given(hull):
-    area, gyration = quadrature(hull.outline)
-    assert geometry.polygon_gyration(hull.outline) == approx(gyration, rel=1e-5)
+    area, gyration = quadrature(hull.corners)
+    assert polygons.gyration(hull.corners) == approx(gyration, rel=1e-5)
     uniform = replace(hull, inertia=None)
     assert uniform.total_inertia - uniform.added_inertia == approx(hull.mass * gyration, rel=1e-5)
     assert 0 < area <= hull.length * hull.width * (1 + 1e-9)
@@ -47,7 +47,7 @@ def test_moment_of_inertia_follows_from_the_outline_unless_given(hull):
 
 @pytest.mark.parametrize("hull", [BoatParams(), VesselParams()], ids=["boat", "vessel"])
 def test_outline_is_convex_and_fills_its_length_and_width(hull):
-    corners = np.array(hull.outline)
+    corners = np.array(hull.corners)
     edges = np.roll(corners, -1, axis=0) - corners
     following = np.roll(edges, -1, axis=0)
     assert np.all(edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] >= 0)
@@ -55,7 +55,7 @@ def test_outline_is_convex_and_fills_its_length_and_width(hull):
 
 
 def test_boat_has_a_flat_bow_of_two_centimetres_ahead():
-    corners = np.array(BoatParams().outline)
+    corners = np.array(BoatParams().corners)
     bow = corners[corners[:, 0] > 0.06 - 1e-9]
     assert sorted(bow[:, 1]) == approx([-0.01, 0.01])
 

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from asv_env import FEATURES, HULLS, PRESETS, SCENARIOS, TASKS, Simulation, make_params
 from asv_env.checks import Name, Number, Pair, Truth, UnknownOptionError, Whole, fields_checked
 from asv_env.params import BoatParams, EnvParams, TaskParams, VesselParams, WaterParams
+from asv_env.params.outlines import Outline
 from asv_env.presets import SECTIONS, TASK_OPTIONS
 from asv_env.sensing.observation import LENGTH, NAMES, Feature, scalar
 from asv_env.tasks import TRANSPORT, Task
@@ -28,7 +29,7 @@ FIELDS = [
     for section, kind in SECTIONS.items()
     for name, (check, _) in fields_checked(kind).items()
 ] + [("boat", "bow", Number(1e-9, 0.065))]
-NUMERIC = [field for field in FIELDS if not isinstance(field[2], Name | Truth)]
+NUMERIC = [field for field in FIELDS if not isinstance(field[2], Name | Truth | Outline)]
 
 
 def plain(value):

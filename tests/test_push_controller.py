@@ -41,7 +41,7 @@ def test_boats_are_spread_but_stay_on_the_hull_and_apart(preset):
         controller = PushController(params, planner, PushGains(), Tolerances())
         slot = slots(params, team)[None]
         caging = np.abs(slot.real) > params.vessel.length / 2
-        places = controller.places(slot, ~caging)[0]
+        places = controller.places(slot, ~caging, np.ones(1))[0]
         at_side = places[~caging[0]]
         room = params.vessel.length / 2 - params.boat.width
         assert np.abs(at_side.real).max() <= room * (1 + 1e-12)

@@ -34,7 +34,7 @@ def test_fig_1_shows_the_vessel_and_the_slots_of_the_code():
     (axes,) = fig1_2_definitions.closure(JOB).axes
     params = make_params("push")
     outlines = [patch.get_xy()[:-1] for patch in axes.patches if hasattr(patch, "get_xy")]
-    np.testing.assert_allclose(outlines[0], params.vessel.outline)
+    np.testing.assert_allclose(outlines[0], params.vessel.corners)
     slots = formation.slots(params, 4)
     np.testing.assert_allclose(marks(axes), np.stack([slots.real, slots.imag], -1))
     bows = [outline[np.argmin(outline[:, 1])][1] for outline in outlines[1:]]
@@ -90,8 +90,8 @@ def test_maps_are_never_below_the_dubins_length():
 def test_outlines_of_hulls_at_poses():
     vessel = make_params().vessel
     corners = outline(vessel, np.array([[1.0, 2.0, np.pi / 2], [0.0, 0.0, np.pi]]))
-    np.testing.assert_allclose(corners[0], np.array(vessel.outline) @ [[0, 1], [-1, 0]] + [1, 2])
-    np.testing.assert_allclose(corners[1], -np.array(vessel.outline), atol=1e-12)
+    np.testing.assert_allclose(corners[0], np.array(vessel.corners) @ [[0, 1], [-1, 0]] + [1, 2])
+    np.testing.assert_allclose(corners[1], -np.array(vessel.corners), atol=1e-12)
 
 
 def test_every_boat_has_a_colour_of_its_own():

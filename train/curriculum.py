@@ -51,7 +51,7 @@ def training_params(config: Config, team: int, scenario: str) -> EnvParams:
     """Returns the parameters of a group of worlds, which advance by one decision at a time."""
     options: dict[str, Any] = {"clock": {"control": config.worlds.decision_rate}}
     if config.worlds.time_limit is not None:
-        length = config.params(team, scenario).vessel.length
+        length = config.params(team, scenario).vessel.size
         options["time_limit"] = config.worlds.time_limit * length / NOMINAL_LENGTH
     return config.params(team, scenario, **options)
 

@@ -79,7 +79,7 @@ def score(
         median_time=_median([episode.duration for episode in done]),
         position_error=_median([episode.position_error for episode in done]),
         heading_error=_median([abs(episode.heading_error or 0.0) for episode in done]),
-        penalised_time=float(np.mean(times)) / (params.vessel.length / NOMINAL_LENGTH),
+        penalised_time=float(np.mean(times)) / (params.vessel.size / NOMINAL_LENGTH),
     )
 
 

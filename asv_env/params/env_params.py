@@ -103,11 +103,15 @@ class EnvParams:
     def _check_team(self) -> None:
         """Refuses a team that does not fit the vessel, and failures of all boats."""
         if self.pitch < self.boat.width:
+            longer = (
+                "a longer vessel, or leave its length out and it grows with the team"
+                if self.vessel.outline is None
+                else "a larger outline, or a named hull, which grows with the team"
+            )
             raise ValueError(
                 f"{self.num_boats} boats of width {self.boat.width:g} m do not fit along a "
                 f"vessel of length {self.vessel.length:g} m: they need a pitch of at least "
-                f"{self.boat.width:g} m and have {self.pitch:.3g} m; use fewer boats, a longer "
-                "vessel, or leave its length out and it grows with the team"
+                f"{self.boat.width:g} m and have {self.pitch:.3g} m; use fewer boats, {longer}"
             )
         if self.variation.failures >= self.num_boats:
             raise ValueError(
@@ -145,15 +149,15 @@ class EnvParams:
             raise ValueError(
                 f"thrust = {boat.thrust:g} N on a boat of {boat.masses[0]:g} kg and "
                 f"{boat.total_inertia:g} kg m^2 with lever_arm = {boat.lever_arm:g} m: in one "
-                f"control step it would move by {leap:.3g} m and {turn:.3g} rad; choose less "
-                "thrust, more mass or inertia, or a faster clock.control"
+                f"control step it would move by {leap:.3g} m and {turn:.3g} rad, in an arena of "
+                f"{task.arena:g} m; choose less thrust, more mass or inertia, a larger arena, or "
+                "a faster clock.control"
             )
 
     def _check_places(self) -> None:
         """Refuses initial positions, slots and goals where no hull can be."""
         walls, task, boat, vessel = self.water.walls, self.task, self.boat, self.vessel
-        clear = math.hypot(vessel.length, vessel.width) / 2
-        clear += math.hypot(boat.length, boat.width) / 2
+        clear = vessel.reach + math.hypot(boat.length, boat.width) / 2
         if not self.definition.starts_grasped and task.start_distance[0] < clear:
             raise ValueError(
                 f"start_distance = {task.start_distance!r}: boats would start in the vessel, by "
@@ -165,8 +169,9 @@ class EnvParams:
                 "make the basin larger"
             )
         caged = self.num_boats >= SMALLEST_CAGE
-        along = (vessel.length + boat.width) / 2 + task.end_gap if caged else vessel.length / 2
-        across = (vessel.width + boat.length) / 2
+        left, right, bottom, top = vessel.extents
+        along = max(right, -left) + (boat.width / 2 + task.end_gap if caged else 0.0)
+        across = max(top, -bottom) + boat.length / 2
         hull = max(along + boat.width / 2 if caged else along, across + boat.length / 2)
         for name, edge, reach in (
             ("arena", task.arena, max(along, across)),
@@ -204,11 +209,11 @@ class EnvParams:
         if self.water.walls is None:
             return True
         x, y, heading = goal
-        along, across = abs(math.cos(heading)), abs(math.sin(heading))
-        length, width = self.vessel.length / 2, self.vessel.width / 2
+        cos, sin = math.cos(heading), math.sin(heading)
+        corners = self.vessel.corners
         beyond = (
-            abs(x) + length * along + width * across - self.water.walls,
-            abs(y) + length * across + width * along - self.water.walls,
+            max(abs(x + cos * u - sin * w) for u, w in corners) - self.water.walls,
+            max(abs(y + sin * u + cos * w) for u, w in corners) - self.water.walls,
         )
         return math.hypot(*(max(0.0, d) for d in beyond)) <= self.task.position_tolerance
 

@@ -4,8 +4,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Self
 
-from asv_env import geometry
+from asv_env import geometry, polygons
 from asv_env.checks import TINY, Name, check_fields, check_numbers
+from asv_env.params import strips
+from asv_env.params.outlines import Corners, Outline
 from asv_env.params.ranges import (
     Accelerations,
     AddedInertia,
@@ -25,7 +27,13 @@ from asv_env.params.ranges import (
 
 THRUST_LAWS = ("linear", "quadratic")
 NOMINAL_LENGTH = 0.40  #: length of the nominal vessel, m
-FIN_ADDED_MASS = 0.425  #: added mass of the fins over their quadratic drag, widths of the hull
+NOMINAL_WIDTH = 0.15  #: width of the nominal vessel, and of its fins, m
+NOMINAL_FINS = 3.6  #: quadratic surge drag of the nominal vessel's fins, kg/m
+FIN_ADDED_MASS = 0.425  #: added mass of the fins over their quadratic drag, widths of the fins
+AREAL_MASS = 10.0  #: mass of the nominal vessel over its area, kg/m^2: a draft of 1 cm
+BOTTOM_FRICTION = 0.111 / (math.sqrt(NOMINAL_WIDTH) * NOMINAL_LENGTH)
+"""Linear friction of the nominal vessel's bottom per area and root of length, kg/(s m^1.5)."""
+SAME = 1e-6  #: relative difference of extents that counts as none
 
 
 @dataclass(frozen=True)
@@ -50,9 +58,17 @@ class HullParams:
         check_fields(self)
 
     @property
-    def outline(self) -> list[tuple[float, float]]:
-        """Corners of the hull, convex and counter-clockwise, m; the bow points towards +x."""
+    def corners(self) -> list[tuple[float, float]]:
+        """Corners of the hull as it is drawn and collides, counter-clockwise, m; the bow is at +x.
+
+        The origin is the centre of mass.
+        """
         return geometry.rectangle(self.length, self.width)
+
+    @property
+    def reach(self) -> float:
+        """Distance of the farthest corner from the centre, m."""
+        return polygons.reach(self.corners)
 
     @property
     def masses(self) -> tuple[float, float, float]:
@@ -70,7 +86,7 @@ class HullParams:
         """Dry plus added inertia, kg m^2."""
         dry = self.inertia
         if dry is None:
-            dry = self.mass * geometry.polygon_gyration(self.outline)
+            dry = self.mass * polygons.gyration(self.corners)
         return dry + self.added_inertia
 
     def linearised(self, speed: float, yaw_rate: float) -> Self:
@@ -119,7 +135,7 @@ class BoatParams(HullParams):
         check_numbers(self, "bow", TINY, min(self.width, self.length))
 
     @property
-    def outline(self) -> list[tuple[float, float]]:
+    def corners(self) -> list[tuple[float, float]]:
         """Corners of the hull with its flat bow, convex and counter-clockwise, m."""
         return geometry.boat_hull(self.length, self.width, self.bow)
 
@@ -142,11 +158,11 @@ class VesselParams(HullParams):
     """A floating plank with cross fins at both ends, which limit its motion along its length.
 
     The coefficients are those of the bare hull, derived as the boat's; ``with_fins`` adds what
-    the fins do.
+    the fins do. A hull of another ``outline`` is made by ``shaped``.
     """
 
     length: VesselLength = NOMINAL_LENGTH
-    width: VesselLength = 0.15
+    width: VesselLength = NOMINAL_WIDTH
     mass: Mass = 0.60
     added_mass: AddedMasses = (0.022, 0.12)
     inertia: Inertia | None = 9.1e-3
@@ -154,7 +170,64 @@ class VesselParams(HullParams):
     surge: DragPair = (0.0681, 0.67)
     sway: DragPair = (0.111, 1.8)
     yaw: DragPair = (1.5e-3, 3.6e-3)
-    fins: Drag = 3.6  #: quadratic surge drag of the fins, kg/m, on top of the bare hull's
+    fins: Drag = NOMINAL_FINS  #: quadratic surge drag of the fins, on top of the bare hull's, kg/m
+    #: corners (x, y) of the hull, m, shifted so that the centroid is the origin; ``length`` and
+    #: ``width`` are its extents; None: a rectangle
+    outline: Annotated[Corners, Outline()] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.outline is None:
+            return
+        left, right, bottom, top = self.extents
+        for name, extent in (("length", right - left), ("width", top - bottom)):
+            given = getattr(self, name)
+            if abs(given - extent) > SAME * extent:
+                raise ValueError(
+                    f"VesselParams.{name} = {given:g}: the outline's is {extent:g} m; leave it "
+                    "out, and make the outline with VesselParams.shaped or the option vessel"
+                )
+            object.__setattr__(self, name, extent)
+
+    @classmethod
+    def shaped(cls, outline: Any, mass: float | None = None) -> Self:
+        """Returns a vessel of an outline, whose coefficients follow from it.
+
+        Inertia is that of a uniform hull, added mass and drag are ``strips.coefficients``; the
+        fins are the nominal vessel's.
+
+        Args:
+            outline: corners (x, y), m.
+            mass: kg; None takes that at the nominal vessel's draft.
+        """
+        corners = Outline().checked("VesselParams.outline", outline)
+        left, right, bottom, top = polygons.extents(corners)
+        mass = AREAL_MASS * polygons.area(corners) if mass is None else mass
+        derived = strips.coefficients(corners, mass, BOTTOM_FRICTION)
+        length, width = right - left, top - bottom
+        return cls(length, width, mass, inertia=None, outline=corners, **derived)
+
+    @property
+    def corners(self) -> list[tuple[float, float]]:
+        """Corners of the hull as it is drawn and collides, counter-clockwise, m."""
+        return super().corners if self.outline is None else list(self.outline)
+
+    @property
+    def extents(self) -> tuple[float, float, float, float]:
+        """Least and largest u along the hull, least and largest w across it, m."""
+        return polygons.extents(self.corners)
+
+    @property
+    def size(self) -> float:
+        """The vessel's length as a unit of the task's lengths, m.
+
+        That of another outline is the length of a plank of the nominal proportions and the same
+        area, or the larger extent if that is more.
+        """
+        if self.outline is None:
+            return self.length
+        alike = math.sqrt(polygons.area(self.outline) * NOMINAL_LENGTH / NOMINAL_WIDTH)
+        return max(self.length, self.width, alike)
 
     @property
     def contact_mass(self) -> float:
@@ -162,7 +235,7 @@ class VesselParams(HullParams):
         return self.masses[1]
 
     def stretched(self, length: float) -> Self:
-        """Returns the vessel at another length, with the same width, draft and fins.
+        """Returns the rectangular vessel at another length, with the same width, draft and fins.
 
         Mass, added mass in sway and sway drag grow in proportion, added inertia and linear yaw
         drag with the third power, the quadratic one with the fourth. In surge added mass and
@@ -189,12 +262,20 @@ class VesselParams(HullParams):
         surge, quadratic = self.surge
         moment, moment_quadratic = self.yaw
         ahead, across = self.added_mass
-        water = FIN_ADDED_MASS * self.width * self.fins
+        breadth = self.fin_breadth
+        water = FIN_ADDED_MASS * breadth * self.fins
         return replace(
             self,
             fins=0.0,
             added_mass=(ahead + water, across),
-            added_inertia=self.added_inertia + water * self.width**2 / 12,
+            added_inertia=self.added_inertia + water * breadth**2 / 12,
             surge=(surge, quadratic + self.fins),
-            yaw=(moment, moment_quadratic + self.fins * self.width**3 / 32),
+            yaw=(moment, moment_quadratic + self.fins * breadth**3 / 32),
         )
+
+    @property
+    def fin_breadth(self) -> float:
+        """Breadth of the fins, m: a rectangle's width, else that of similar plates of this drag."""
+        if self.outline is None:
+            return self.width
+        return min(self.width, NOMINAL_WIDTH * math.sqrt(self.fins / NOMINAL_FINS))

@@ -11,6 +11,7 @@ from asv_env.checks import TINY, Number, Pair, Truth, Whole, interval
 
 FOREVER = 1e9  #: longest time, s
 FAR = 1e6  #: longest distance, m
+MASS = Number(1e-6, 1e12)  #: of a hull, kg
 
 BoatLength = Annotated[float, Number(1e-4, 1e2)]
 VesselLength = Annotated[float, Number(1e-3, 1e4)]
@@ -18,7 +19,7 @@ Distance = Annotated[float, Number(TINY, FAR)]
 DistanceOrZero = Annotated[float, Number(0.0, FAR)]
 Distances = Annotated[tuple[float, float], interval(0.0, FAR)]
 Spacing = Annotated[float, Number(1.0, 1e6)]
-Mass = Annotated[float, Number(1e-6, 1e12)]
+Mass = Annotated[float, MASS]
 AddedMasses = Annotated[tuple[float, float], Pair("(surge, sway) added mass", 0.0, 1e12)]
 Inertia = Annotated[float, Number(1e-15, 1e24)]
 AddedInertia = Annotated[float, Number(0.0, 1e24)]

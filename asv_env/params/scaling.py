@@ -30,7 +30,7 @@ EXPONENTS: dict[type, Exponents] = {
         **HULL, "bow": 1, "thrust": 3, "lever_arm": 1, "lag": 0.5, "full_speed": 0.5,
         "full_yaw_rate": -0.5, "response": 0.5, "acceleration": (0, -1),
     },
-    VesselParams: {**HULL, "fins": 2},
+    VesselParams: {**HULL, "fins": 2, "outline": 1},
     WaterParams: {
         "linear_speed": 0.5, "linear_yaw_rate": -0.5, "current_speed": 0.5, "gyre_size": 1,
         "gust_speed": 0.5, "gust_time": 0.5, "walls": 1,
@@ -105,8 +105,11 @@ def overrides(layer: Mapping[str, Any], kinds: Mapping[str, Any], factor: float)
 
 
 def _times(value: Any, exponent: float | tuple[float, ...], factor: float) -> Any:
-    """Returns a number, or tuple of numbers, times a power, or powers, of the factor."""
-    if value is None or exponent == 0:
+    """Returns a number, or tuple of numbers, times a power, or powers, of the factor.
+
+    Names stay, and so does None.
+    """
+    if value is None or exponent == 0 or isinstance(value, str):
         return value
     if isinstance(value, tuple | list):
         powers = exponent if isinstance(exponent, tuple) else (exponent,) * len(value)

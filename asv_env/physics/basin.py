@@ -6,10 +6,13 @@ the order in which they were added, the vessel first.
 
 from dataclasses import dataclass
 from itertools import chain
+from typing import Any
 
 import numpy as np
 import pymunk
+from pymunk import autogeometry
 
+from asv_env import polygons
 from asv_env.params import EnvParams, HullParams
 from asv_env.params.obstacle_params import grouping
 from asv_env.physics import kernel, memory, native
@@ -62,7 +65,8 @@ class Basin:
         self._spaces = [space for space, _, _ in made]
         self._bodies = [bodies for _, bodies, _ in made]
         self._obstacles = [obstacles for _, _, obstacles in made]
-        pairs = count * (count - 1) // 2 + rows * count
+        pieces = len(_pieces(vessel))
+        pairs = pieces * team + team * (team - 1) // 2 + rows * (pieces + team)
         impulse = np.zeros((num_threads, 2 * pairs + SLACK))
         contact_id = np.zeros((num_threads, IDS * pairs + SLACK), dtype=np.int64)
         self._contacts = Requests(impulse, contact_id)
@@ -71,12 +75,7 @@ class Basin:
             functions=np.array(native.FUNCTIONS),
             space=np.array([address(space._space) for space in self._spaces]),
             body=np.array([[address(body._body) for body in bodies] for bodies in self._bodies]),
-            shape=np.array(
-                [
-                    [address(shape._shape) for body in bodies for shape in body.shapes]
-                    for bodies in self._bodies
-                ]
-            ),
+            shape=np.array([list(map(address, _shapes(bodies))) for bodies in self._bodies]),
             fields=fields(),
             body_id=np.array([[body.id for body in bodies] for bodies in self._bodies]),
             contact=self._contacts.address,
@@ -213,5 +212,20 @@ class Basin:
 def _add_hull(space: pymunk.Space, hull: HullParams) -> pymunk.Body:
     """Adds a body at the origin, with its centre of mass amidships, and returns it."""
     body = pymunk.Body(hull.contact_mass, hull.total_inertia)
-    space.add(body, pymunk.Poly(body, hull.outline))
+    space.add(body, *(pymunk.Poly(body, piece) for piece in _pieces(hull)))
     return body
+
+
+def _pieces(hull: HullParams) -> list[polygons.Corners]:
+    """Returns convex polygons that make up a hull."""
+    corners = hull.corners
+    if polygons.is_convex(corners):
+        return [corners]
+    found = autogeometry.convex_decomposition([*corners, corners[0]], 0.0)
+    return [[(x, y) for x, y in piece[:-1]] for piece in found]
+
+
+def _shapes(bodies: list[pymunk.Body]) -> list[Any]:
+    """Returns Chipmunk's records of shapes: one of each body, then the vessel's others."""
+    first = [next(iter(body.shapes)) for body in bodies]
+    return [shape._shape for shape in [*first, *list(bodies[0].shapes)[1:]]]

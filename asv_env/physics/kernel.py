@@ -45,7 +45,7 @@ class Wires(NamedTuple):
     functions: Int  #: ``native.FUNCTIONS``
     space: Int  #: (W,) addresses of the Spaces
     body: Int  #: (W, B) addresses of the hulls
-    shape: Int  #: (W, B) addresses of the hulls' shapes
+    shape: Int  #: (W, S) addresses of a shape of each hull (B), then of the vessel's other shapes
     fields: Fields  #: where a hull's numbers are
     body_id: Int  #: (W, B) Pymunk's numbers of the hulls
     contact: Int  #: (T,) addresses of the requests for contacts
@@ -226,6 +226,8 @@ def put(wires: Wires, world: int, hulls: Float) -> None:
         native.give(functions[SET_MASS], hull, hulls[body, 6])
         native.give(functions[SET_MOMENT], hull, hulls[body, 7])
         native.give(functions[SET_FRICTION], wires.shape[world, body], hulls[body, 8])
+    for shape in range(len(hulls), wires.shape.shape[1]):
+        native.give(functions[SET_FRICTION], wires.shape[world, shape], hulls[0, 8])
 
 
 @allocating
@@ -272,7 +274,8 @@ def fetch(wires: Wires, world: int) -> None:
     ask(wires.space[world], SPACE)
     for body in range(wires.body.shape[1]):
         ask(wires.body[world, body], RECORD)
-        ask(wires.shape[world, body], SHAPE)
+    for shape in range(wires.shape.shape[1]):
+        ask(wires.shape[world, shape], SHAPE)
 
 
 @compiled

@@ -15,7 +15,7 @@ Contacts = dict[frozenset[int], bytes]
 
 def remembered(body: pymunk.Body) -> list[float]:
     """Returns motion (6 numbers), mass, inertia and friction of a hull; see ``kernel.put``."""
-    (shape,) = body.shapes
+    shape = next(iter(body.shapes))  # All have the same friction.
     motion = [*body.position, body.angle, *body.velocity, body.angular_velocity]
     return [*motion, body.mass, body.moment, shape.friction]
 

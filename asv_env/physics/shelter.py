@@ -10,13 +10,17 @@ from typing import NamedTuple
 
 from asv_env.compiled import compiled
 from asv_env.params import EnvParams
-from asv_env.types import Float
+from asv_env.polygons import complex_corners, contains, to_outline
+from asv_env.types import Complex, Float
 
 
 class Cover(NamedTuple):
     """Sizes that decide how hulls cover each other."""
 
     share: float  #: by which drag falls in contact
+    outline: Complex  #: (n,) corners of the vessel, m
+    stern: float  #: least u of the vessel, m
+    bow: float  #: largest u of the vessel, m
     vessel_length: float  #: m
     vessel_width: float  #: m
     boat_length: float  #: m
@@ -26,7 +30,9 @@ class Cover(NamedTuple):
 def cover(params: EnvParams) -> Cover:
     """Returns the sizes of these parameters."""
     vessel, boat = params.vessel, params.boat
-    return Cover(params.water.shelter, vessel.length, vessel.width, boat.length, boat.width)
+    stern, bow, _, _ = vessel.extents
+    sizes = vessel.length, vessel.width, boat.length, boat.width
+    return Cover(params.water.shelter, complex_corners(vessel.corners), stern, bow, *sizes)
 
 
 @compiled
@@ -44,9 +50,10 @@ def facing(cover: Cover, x: float, y: float, cos: float, sin: float) -> tuple[fl
         Closeness (1 in contact, 0 from a gap of a boat's width on), and the parts of the side
         that faces the vessel in surge and in sway, which sum to 1.
     """
-    half_length, half_width = 0.5 * cover.vessel_length, 0.5 * cover.vessel_width
-    dx = x - min(max(x, -half_length), half_length)
-    dy = y - min(max(y, -half_width), half_width)
+    if contains(cover.outline, complex(x, y)):
+        return 1.0, 0.0, 0.0
+    to_hull = to_outline(cover.outline, complex(x, y))
+    dx, dy = -to_hull.real, -to_hull.imag
     distance = math.hypot(dx, dy)
     if distance == 0.0:
         return 1.0, 0.0, 0.0
@@ -75,7 +82,7 @@ def shelter(cover: Cover, motion: Float, factors: Float) -> None:
         close, surge, sway = facing(cover, x, y, c, s)
         factors[body, 0] = 1.0 - cover.share * close * surge
         factors[body, 1] = 1.0 - cover.share * close * sway
-        if abs(x) <= 0.5 * cover.vessel_length:
+        if cover.stern <= x <= cover.bow:
             covered_side += close * (abs(s) * cover.boat_width + abs(c) * cover.boat_length)
         else:
             covered_end += close * (abs(c) * cover.boat_width + abs(s) * cover.boat_length)

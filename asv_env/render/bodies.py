@@ -5,12 +5,13 @@ from itertools import pairwise
 import numpy as np
 
 from asv_env.geometry import plane
+from asv_env.polygons import crossings, inset, turned
 from asv_env.render import colours
 from asv_env.render.camera import Trail
 from asv_env.render.canvas import Canvas
 from asv_env.render.captions import at_goal
 from asv_env.render.colours import WATER, WHITE, Colour, boat_colour, mix
-from asv_env.render.layout import Layout, bow, inset
+from asv_env.render.layout import Layout, bow
 from asv_env.types import Float, State
 
 TRAIL_BANDS = 14  #: steps in which trails fade
@@ -21,38 +22,43 @@ FAINTEST = 0.35  #: share of its colour that the oldest part of a trail keeps
 def paint_vessel(canvas: Canvas, layout: Layout, pose: Float) -> None:
     """Paints the vessel at a pose (>= 3,)."""
     vessel, unit, scale = layout.params.vessel, layout.unit, layout.camera.scale
-    margin = min(max(0.004, 1.2 * unit / scale), vessel.width / 6)
+    margin = min(max(0.004, 1.2 * unit / scale), layout.room / 3)
     hull = layout.pixels(layout.vessel, pose)
     _cast_shadow(canvas, layout, hull)
     canvas.fill(hull, colours.KEEL)
     canvas.fill(layout.pixels(inset(layout.vessel, margin), pose), colours.DECK)
     if vessel.width * scale > 10 * unit:
-        for across in (-1 / 6, 1 / 6):
-            seam = np.array([-0.48, 0.48]) * vessel.length + across * vessel.width * 1j
-            canvas.lines(layout.pixels(seam, pose), 1.1 * unit, colours.SEAM)
+        _, _, bottom, top = vessel.extents
+        for share in (1 / 3, 2 / 3):
+            height = bottom + share * (top - bottom)
+            for start, end in crossings(vessel.corners, height).reshape(-1, 2):
+                seam = np.array([start, end]) + 0.02 * np.array([1, -1]) * (end - start)
+                canvas.lines(layout.pixels(seam + 1j * height, pose), 1.1 * unit, colours.SEAM)
         _paint_fins(canvas, layout, pose)
     _paint_chevron(canvas, layout, pose, colours.KEEL)
 
 
 def _paint_chevron(canvas: Canvas, layout: Layout, pose: Float, colour: Colour) -> None:
     """Paints an arrow head along the vessel's heading: amidships, or ahead of a tiny vessel."""
-    size, ahead = 0.3 * layout.params.vessel.width, 0.0
+    size, place = 0.6 * layout.room, layout.middle
     smallest = 3.5 * layout.unit / layout.camera.scale
     if size < smallest:
-        size, ahead = 1.4 * smallest, layout.params.vessel.length / 2 + 2.5 * smallest
+        size, place = 1.4 * smallest, layout.params.vessel.extents[1] + 2.5 * smallest
         colour = mix(colour, colours.DECK, 0.8)
-    arrow = size * np.array([0.9, -0.5 + 0.8j, -0.15, -0.5 - 0.8j]) + ahead
+    arrow = size * np.array([0.9, -0.5 + 0.8j, -0.15, -0.5 - 0.8j]) + place
     canvas.fill(layout.pixels(arrow, pose), colour)
 
 
 def _paint_fins(canvas: Canvas, layout: Layout, pose: Float) -> None:
     """Paints the crossed plates below both ends, as they shine through the deck."""
-    width = layout.params.vessel.width
-    root = layout.params.vessel.length / 2 - 0.16 * width
-    for middle in (-root, root):
-        for plate in (0.42j, 0.1 + 0j):
-            ends = layout.pixels(middle + np.array([-plate, plate]) * width, pose)
-            canvas.lines(ends, 0.06 * width * layout.camera.scale, colours.FIN)
+    vessel, breadth = layout.params.vessel, layout.params.vessel.fin_breadth
+    stern, bow, _, _ = vessel.extents
+    for along in (stern + 0.16 * breadth, bow - 0.16 * breadth):
+        for low, high in crossings(turned(vessel.corners), -along).reshape(-1, 2):
+            middle, half = along + 1j * (low + high) / 2, 0.42 * min(high - low, breadth)
+            for plate in (1j * half, complex(0.1 * breadth)):
+                ends = layout.pixels(middle + np.array([-plate, plate]), pose)
+                canvas.lines(ends, 0.06 * breadth * layout.camera.scale, colours.FIN)
 
 
 def _cast_shadow(canvas: Canvas, layout: Layout, hull: Float) -> None:
@@ -71,7 +77,7 @@ def outline_goal(canvas: Canvas, layout: Layout, state: State) -> None:
     """Paints dashes round the goal, green once the vessel has come there."""
     colour = colours.GOOD if at_goal(layout.params, state) else WHITE
     unit, scale = layout.unit, layout.camera.scale
-    width = min(max(2.4 * unit, 1.4), layout.params.vessel.width * scale / 4)
+    width = min(max(2.4 * unit, 1.4), layout.room * scale / 2)
     for start, end in zip(layout.vessel, np.roll(layout.vessel, -1), strict=True):
         dashes = 2 * round(abs(end - start) / (9 * unit / scale) / 2) + 1
         ends = layout.pixels(np.linspace(start, end, dashes + 1), state.goal)

@@ -3,7 +3,6 @@
 Points are complex numbers x + iy in m, pixels floats (column, row) from the top left corner.
 """
 
-import math
 from dataclasses import dataclass
 from typing import Self
 
@@ -59,7 +58,7 @@ def first_box(params: EnvParams, motion: Float, goal: Float | None, obstacle: Fl
         goal: pose (3,), or None where it does not matter.
         obstacle: (M, 5) of the world, as in ``State``.
     """
-    length = params.vessel.length
+    length = params.vessel.size
     low, high = _bounds(params, motion, goal, ROOM * length)
     rows = obstacle[: len(obstacle) - grouping(params).walls]
     if len(rows):
@@ -83,7 +82,7 @@ def first_box(params: EnvParams, motion: Float, goal: Float | None, obstacle: Fl
 
 def next_box(box: Box, params: EnvParams, motion: Float, goal: Float | None) -> Box:
     """Returns the box, widened if a body of ``motion`` (B, 6) or the goal (3,) leaves it."""
-    return _around(*box, *_bounds(params, motion, goal, MARGIN * params.vessel.length))
+    return _around(*box, *_bounds(params, motion, goal, MARGIN * params.vessel.size))
 
 
 def _bounds(params: EnvParams, motion: Float, goal: Float | None, margin: float) -> Box:
@@ -91,7 +90,7 @@ def _bounds(params: EnvParams, motion: Float, goal: Float | None, margin: float)
     places, hulls = list(motion[:, :2]), [params.vessel] + [params.boat] * params.num_boats
     if goal is not None:
         places, hulls = [*places, goal[:2]], [*hulls, params.vessel]
-    radii = np.array([math.hypot(hull.length, hull.width) / 2 for hull in hulls])
+    radii = np.array([hull.reach for hull in hulls])
     centres, reach = np.array(places) @ np.array([1, 1j]), (radii + margin) * (1 + 1j)
     return _around(*(centres - reach), *(centres + reach))
 

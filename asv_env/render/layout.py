@@ -1,12 +1,13 @@
 """The layout of a frame: which pixels a world, its bodies and the captions take."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from asv_env.geometry import xy
+from asv_env.memo import by_identity
 from asv_env.params import EnvParams, HullParams
+from asv_env.polygons import complex_corners, roomiest
 from asv_env.render.camera import Camera
 from asv_env.types import Complex, Float
 
@@ -36,15 +37,23 @@ class Layout:
         drawn = params.boat.length * camera.scale
         self.enlarged = max(1.0, SMALLEST_BOAT * self.unit / drawn)  #: factor on drawn boats
         self.detailed = drawn > 1.6 * SMALLEST_BOAT * self.unit  #: whether boats have an edge
-        self.vessel = vertices(params.vessel.outline)  #: corners (n,) in its own frame, m
+        self.vessel = complex_corners(params.vessel.corners)  #: corners (n,) in its own frame, m
+        #: where most of the vessel is round a point, and the radius there, m
+        self.middle, self.room = _roomiest(params)
         # Boats grow backwards, so that the bow of one that pushes stays outside the vessel.
         shift = (self.enlarged - 1) * params.boat.length / 2
         #: corners (n,) of a boat as it is drawn, in its own frame, m
-        self.boat = self.enlarged * vertices(params.boat.outline) - shift
+        self.boat = self.enlarged * complex_corners(params.boat.corners) - shift
 
     def pixels(self, shape: Complex | Float, pose: Float) -> Float:
         """Returns the pixels (..., n, 2) of a shape (n,) of bodies with poses (..., >= 3)."""
         return self.camera.pixels(placed(shape, pose))
+
+
+@by_identity
+def _roomiest(params: EnvParams) -> tuple[complex, float]:
+    x, y, room = roomiest(params.vessel.corners)
+    return complex(x, y), room
 
 
 def round_number(limit: float) -> float:
@@ -61,21 +70,7 @@ def placed(shape: Complex | Float, pose: Float) -> Complex:
 
 def outline(hull: HullParams, pose: Float) -> Float:
     """Returns the corners (..., n, 2) of hulls at poses (..., 3), m."""
-    return xy(placed(vertices(hull.outline), pose))
-
-
-def vertices(corners: Sequence[tuple[float, float]]) -> Complex:
-    """Returns corners (n,) as complex numbers x + iy."""
-    return np.array(corners, dtype=np.float64).view(np.complex128)[:, 0]
-
-
-def inset(shape: Complex, margin: float) -> Complex:
-    """Returns a hull (n,) that is about ``margin`` m smaller on all sides."""
-    middle = (shape.real.max() + shape.real.min()) / 2
-    x, y = np.ptp(shape.real) / 2, np.ptp(shape.imag) / 2
-    along = middle + (shape.real - middle) * (1 - margin / x)
-    smaller: Complex = along + 1j * shape.imag * (1 - margin / y)
-    return smaller
+    return xy(placed(complex_corners(hull.corners), pose))
 
 
 def bow(shape: Complex, taper: float) -> Complex:

@@ -90,7 +90,7 @@ class Viewer:
         goal = state.goal if params.definition.has_goal else None
         if self._begins(state, world):
             limit = min(1500, max(200, TRAIL_POINTS // (1 + params.num_boats)))
-            self._trail = Trail(0.02 * params.vessel.length, limit)
+            self._trail = Trail(0.02 * params.vessel.size, limit)
             self._look(first_box(params, state.motion, goal, state.obstacle), state.obstacle)
         elif (box := next_box(self._box, params, state.motion, goal)) != self._box:
             self._look(box, state.obstacle)

@@ -11,6 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from asv_env.compiled import allocating, compiled
+from asv_env.memo import by_identity
+from asv_env.params import EnvParams
+from asv_env.polygons import complex_corners, to_outline
 from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
 from asv_env.types import Bool, Complex, Float, Int, Observation, Sensed, given
 
@@ -19,7 +22,7 @@ OF_NEIGHBOUR = ("x", "y", "vx", "vy", "present")  #: columns of each of them
 NAMES = (
     # Vectors in the boat's frame, or relative to the slot.
     *("own_velocity_x", "own_velocity_y", "slot_x", "slot_y"),
-    *("slot_alignment_x", "slot_alignment_y"),
+    *("slot_alignment_x", "slot_alignment_y", "hull_x", "hull_y"),
     # Vectors in the vessel's frame.
     *("own_position_x", "own_position_y", "slot_position_x", "slot_position_y"),
     *("vessel_velocity_x", "vessel_velocity_y", "goal_x", "goal_y"),
@@ -32,12 +35,12 @@ NAMES = (
     *(f"neighbour_{k + 1}_{name}" for k in range(NEIGHBOURS) for name in OF_NEIGHBOUR),
 )  #: names of the columns
 WIDTH = len(NAMES)  #: number of columns
-OWN_VELOCITY, SLOT, SLOT_ALIGNMENT, OWN_POSITION = range(0, 8, 2)
-SLOT_POSITION, VESSEL_VELOCITY, GOAL, GOAL_DIRECTION = range(8, 16, 2)
-OWN_YAW_RATE, VESSEL_YAW_RATE, TOUCHES_VESSEL, TOUCHES_OTHER, THRUSTERS_WORK = range(16, 21)
-SLOTS_OCCUPIED, CLOSURE, TURN_TO_GOAL = range(21, 24)
-INVERSE_TEAM_SIZE, INVERSE_LENGTH, VESSEL_SEEN = range(24, 27)
-FIRST_NEIGHBOUR = 27
+OWN_VELOCITY, SLOT, SLOT_ALIGNMENT, HULL, OWN_POSITION = range(0, 10, 2)
+SLOT_POSITION, VESSEL_VELOCITY, GOAL, GOAL_DIRECTION = range(10, 18, 2)
+OWN_YAW_RATE, VESSEL_YAW_RATE, TOUCHES_VESSEL, TOUCHES_OTHER, THRUSTERS_WORK = range(18, 23)
+SLOTS_OCCUPIED, CLOSURE, TURN_TO_GOAL = range(23, 26)
+INVERSE_TEAM_SIZE, INVERSE_LENGTH, VESSEL_SEEN = range(26, 29)
+FIRST_NEIGHBOUR = 29
 """Places of the columns; a vector has two."""
 
 
@@ -53,6 +56,19 @@ class Known(NamedTuple):
     closed: Bool  #: (W,)
     touching: Bool  #: (W, A, 2)
     seen: Bool  #: (W, B)
+
+
+class Hull(NamedTuple):
+    """The vessel as the boats know it."""
+
+    outline: Complex  #: (n,) corners, m
+    inverse_length: float  #: one over its size, 1/m
+
+
+@by_identity
+def hull(params: EnvParams) -> Hull:
+    """Returns the vessel of an environment."""
+    return Hull(complex_corners(params.vessel.corners), 1.0 / params.vessel.size)
 
 
 def known(sensed: Sensed) -> Known:
@@ -138,11 +154,17 @@ def put_shared(
 
 @compiled
 def put_own(
-    known: Known, world: int, boat: int, heading: complex, vessel: complex, row: Float
+    known: Known,
+    world: int,
+    boat: int,
+    heading: complex,
+    vessel: complex,
+    outline: Complex,
+    row: Float,
 ) -> None:
     """Writes the columns that are a boat's own, but for its neighbours.
 
-    Its direction is ``heading``, and ``vessel`` is that of the vessel.
+    Its direction is ``heading``, and ``vessel`` is that of the vessel, which has this ``outline``.
     """
     motion, body, to_boat = known.estimate[world], boat + 1, heading.conjugate()
     slot, side = known.slot[world, boat], known.side[world]
@@ -150,6 +172,7 @@ def put_own(
     put(row, OWN_VELOCITY, complex(motion[body, 3], motion[body, 4]) * to_boat)
     put(row, SLOT, gap * (vessel * to_boat))
     put(row, SLOT_ALIGNMENT, alignment)
+    put(row, HULL, to_outline(outline, position) * (vessel * to_boat))
     put(row, OWN_POSITION, position)
     put(row, SLOT_POSITION, slot)
     row[OWN_YAW_RATE] = motion[body, 5]
@@ -200,7 +223,7 @@ def put_boats(
     view: int,
     first: int,
     last: int,
-    inverse_length: float,
+    hull: Hull,
     plan: Plan,
     near: Int,
     square: Float,
@@ -213,10 +236,10 @@ def put_boats(
     memory.
     """
     neighbours, vessel = near.size > 0, direction_of(known.estimate[view, 0, 2])
-    put_shared(known, view, vessel, inverse_length, row)
+    put_shared(known, view, vessel, hull.inverse_length, row)
     for boat in range(first, last):
         heading = direction_of(known.estimate[view, boat + 1, 2])
-        put_own(known, view, boat, heading, vessel, row)
+        put_own(known, view, boat, heading, vessel, hull.outline, row)
         if neighbours:
             motion, seen = known.estimate[view], known.seen[view]
             put_neighbours(motion, seen, boat, heading, near, square, row)
@@ -232,7 +255,7 @@ def fill(
     worlds: Int,
     known: Known,
     own: bool,
-    inverse_length: float,
+    hull: Hull,
     plan: Plan,
     out: Observation,
 ) -> None:
@@ -244,7 +267,7 @@ def fill(
         worlds: (n,) numbers of the worlds.
         known: what the boats know.
         own: whether each boat has a row of its own there, A in a world; else they share one.
-        inverse_length: one over the vessel's length, 1/m.
+        hull: the vessel.
         plan: which columns go where.
         out: (n, A, K), of any float type.
     """
@@ -255,17 +278,17 @@ def fill(
     for place in range(first, last):
         world, seen = worlds[place], out[place]
         if not own:
-            put_boats(known, world, 0, team, inverse_length, plan, near, square, row, seen)
+            put_boats(known, world, 0, team, hull, plan, near, square, row, seen)
             continue
         for boat in range(team):
             view, last_boat = world * team + boat, boat + 1
-            put_boats(known, view, boat, last_boat, inverse_length, plan, near, square, row, seen)
+            put_boats(known, view, boat, last_boat, hull, plan, near, square, row, seen)
 
 
-def table(sensed: Sensed, length: float) -> Float:
-    """Returns all columns (W, A, n) of what is sensed, for a vessel of this length, m."""
+def table(sensed: Sensed, hull: Hull) -> Float:
+    """Returns all columns (W, A, n) of what is sensed, for this vessel."""
     columns = np.zeros((*sensed.slot.shape, WIDTH))
     everything = plan(range(WIDTH), range(WIDTH), np.ones(WIDTH), np.full(WIDTH, np.inf))
     worlds = given(np.arange(len(columns)), np.int64)
-    fill(0, len(columns), worlds, known(sensed), False, 1.0 / length, everything, columns)
+    fill(0, len(columns), worlds, known(sensed), False, hull, everything, columns)
     return columns

@@ -25,6 +25,7 @@ from asv_env.sensing.feature_table import (
     Columns,
     Plan,
     fill,
+    hull,
     known,
     plan,
 )
@@ -143,6 +144,9 @@ DEFAULT = (
     scalar("inverse_team_size", 0.5, 2.0, _column("inverse_team_size")),
     scalar("inverse_vessel_length", PER_LENGTH, 4.0, _column("inverse_vessel_length")),
     scalar("vessel_seen", 1.0, 1.0, _column("vessel_seen")),
+    # The vector to the nearest point of the vessel's outline, in the boat's frame.
+    vector("hull", LENGTH, FAR, _vector("hull")),
+    vector("hull_fine", FINE, 1.0, _vector("hull")),
     Feature(
         "neighbours",
         Columns(NAMES_OF_NEIGHBOURS),
@@ -161,7 +165,7 @@ def units(params: EnvParams) -> Units:
     """Returns what ``SCALES`` are, in SI units."""
     boat, k = params.boat, params.scale
     others = (size * k**power for size, power in OF_THE_WORLD.values())
-    return params.vessel.length, boat.full_speed, boat.full_yaw_rate, *others
+    return params.vessel.size, boat.full_speed, boat.full_yaw_rate, *others
 
 
 def features(params: EnvParams) -> Features:
@@ -224,10 +228,10 @@ def observe(
     count = views // team if own else views
     chosen = given(np.arange(count) if worlds is None else worlds, np.int64)
     observed = np.empty((len(chosen), team, layout.width), dtype=np.float32)
-    seen, inverse_length = known(sensed), 1.0 / params.vessel.length
+    seen, vessel = known(sensed), hull(params)
 
     def run(first: int, last: int, thread: int) -> None:
-        fill(first, last, chosen, seen, own, inverse_length, layout.plan, observed)
+        fill(first, last, chosen, seen, own, vessel, layout.plan, observed)
 
     spread(run, len(chosen), num_threads)
     if layout.others:

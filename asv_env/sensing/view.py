@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from asv_env.params import EnvParams
-from asv_env.sensing.feature_table import table
+from asv_env.sensing.feature_table import hull, table
 from asv_env.tasks.formation import Relations, relate
 from asv_env.types import Complex, Float, Sensed, frozen
 
@@ -15,12 +15,12 @@ class View:
 
     def __init__(self, sensed: Sensed, params: EnvParams) -> None:
         self.sensed = sensed  #: what the boats know
-        self._length = params.vessel.length
+        self._hull = hull(params)
 
     @cached_property
     def columns(self) -> Float:
         """Columns (W, A, n) of the built-in features, see ``feature_table``."""
-        return table(self.sensed, self._length)
+        return table(self.sensed, self._hull)
 
     @cached_property
     def relations(self) -> Relations:
@@ -57,5 +57,5 @@ class View:
 
     @cached_property
     def inverse_length(self) -> Float:
-        """One over the vessel's length (1, 1), 1/m."""
-        return np.full((1, 1), 1.0 / self._length)
+        """One over the vessel's size (1, 1), 1/m."""
+        return np.full((1, 1), self._hull.inverse_length)

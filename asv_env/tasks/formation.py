@@ -10,33 +10,90 @@ import numpy as np
 
 from asv_env.compiled import allocating, compiled
 from asv_env.memo import by_identity
-from asv_env.params import SMALLEST_CAGE, EnvParams
+from asv_env.params import SMALLEST_CAGE, BoatParams, EnvParams, pitches
+from asv_env.polygons import end_height, upper_side
 from asv_env.tasks.laws import aim, around, direction_of, heading_error_of, size_of
 from asv_env.types import Bool, Complex, Float, Int, given, zeros
 
+SPARE = 0.01  #: room between boats that are spread no wider than they need, m at scale 1
 
-def slots(params: EnvParams, team: int) -> Complex:
-    """Returns the slots (team,) of the boats' centres on the +n side, from -u to +u, m.
 
-    From four boats on, the first and last cage the ends and the others are spread along the
-    side, at the pitch length / (team - 1); two or three all push from the side.
+def slots(params: EnvParams, team: int, side: float = 1.0) -> Complex:
+    """Returns the slots (team,) of the boats' centres on a side, +1 or -1, from -u to +u, m.
+
+    From four boats on, the first and last cage the ends of the hull, beside its farthest points;
+    the others, and a smaller team all, are spread along its side: each touches the convex hull with
+    its bow, as it comes across. A rectangle's side is used as a whole, at the pitch
+    length / (team - 1) with a cage. Of another hull it is the part on which friction holds a boat
+    that pushes, if the team fits there; else as much more as it needs.
     """
-    vessel, boat = params.vessel, params.boat
-    standoff = 1j * (vessel.width + boat.length) / 2
-    if team < SMALLEST_CAGE:
-        return vessel.length * ((np.arange(team) + 1) / (team + 1) - 0.5) + standoff
-    points: Complex = vessel.length * (np.arange(team) / (team - 1) - 0.5) + standoff
-    end = (vessel.length + boat.width) / 2 + params.task.end_gap
-    points[0], points[-1] = -end, end
-    return points
+    boat, corners = params.boat, params.vessel.corners
+    if side < 0:
+        corners = [(x, -y) for x, y in corners[::-1]]
+    u, w = upper_side(corners)
+    caged = team >= SMALLEST_CAGE
+    share = np.arange(team) / (team - 1) if caged else (np.arange(team) + 1) / (team + 1)
+    low, high = _span(params, u, w, team)
+    places = (low + high) / 2 + (high - low) * (share - 0.5)
+    slot: Complex = places + 1j * (touch_heights(places, u, w, boat) + boat.length / 2)
+    if caged:
+        gap = boat.width / 2 + params.task.end_gap
+        slot[0] = complex(u[0] - gap, end_height(corners, u[0]))
+        slot[-1] = complex(u[-1] + gap, end_height(corners, u[-1]))
+    return slot if side > 0 else slot.conj()
+
+
+def _span(params: EnvParams, u: Float, w: Float, team: int) -> tuple[float, float]:
+    """Returns the part of a side, u and w of its corners (n,), over which a team is spread, m."""
+    parts, caged = pitches(team), team >= SMALLEST_CAGE
+    low, high = holding_part(u, w, params.water.contact_friction)
+    beside = max(team - 3 if caged else team - 1, 1)  #: pitches between the outermost side boats
+    needed = parts * (params.boat.width + SPARE * params.scale)
+    length = min(max((high - low) * parts / beside, needed), u[-1] - u[0])
+    middle = min(max((low + high) / 2, u[0] + length / 2), u[-1] - length / 2)
+    return middle - length / 2, middle + length / 2
+
+
+def holding_part(u: Float, w: Float, friction: float) -> tuple[float, float]:
+    """Returns the part of a side on which friction holds a boat that pushes across the hull, m.
+
+    The side has the corners ``u`` and ``w`` (n,). Where no edge is flat enough it is the highest
+    corner.
+    """
+    flat = np.flatnonzero(np.abs(np.diff(w)) <= friction * np.diff(u))
+    if not len(flat):
+        return (float(u[w.argmax()]),) * 2
+    return float(u[flat[0]]), float(u[flat[-1] + 1])
+
+
+def touch_heights(places: Float, u: Float, w: Float, boat: BoatParams) -> Float:
+    """Returns the height (n,) at which the bows of boats touch a side, m.
+
+    The boats are at ``places`` (n,) along the hull and point across it; the side has the corners
+    ``u`` and ``w``. Both are convex, so they touch at a corner of one of them.
+    """
+    half = np.array([0.0, boat.bow / 2, boat.width / 2])
+    across = np.concatenate([-half, half])
+    under_boat = np.interp(np.abs(across), half, [0.0, 0.0, boat.bow])
+    at = places[:, None] + across
+    beside = np.interp(at, u, w, left=-np.inf, right=-np.inf) - under_boat
+    offset = np.abs(places[:, None] - u)
+    corners = np.where(
+        offset <= boat.width / 2, w - np.interp(offset, half, [0, 0, boat.bow]), -np.inf
+    )
+    return np.maximum(beside.max(axis=1), corners.max(axis=1))
 
 
 @by_identity
 def _slot_table(params: EnvParams) -> Complex:
-    """Returns the slots of every size of a team up to the whole one, in rows (A + 1, A)."""
-    table = np.zeros((params.num_boats + 1, params.num_boats), dtype=np.complex128)
+    """Returns the slots of every size of a team up to the whole one, in rows (2, A + 1, A).
+
+    First those on the +n side, then those on the other.
+    """
+    table = np.zeros((2, params.num_boats + 1, params.num_boats), dtype=np.complex128)
     for team in range(1, params.num_boats + 1):
-        table[team, :team] = slots(params, team)
+        table[0, team, :team] = slots(params, team)
+        table[1, team, :team] = slots(params, team, -1.0)
     table.setflags(write=False)
     return table
 
@@ -112,8 +169,7 @@ def _assign(
             count += works[boat]
         points = np.empty(count, np.complex128)
         for k in range(count):
-            point = table[count, k]
-            points[k] = point if side[world] > 0 else point.conjugate()
+            points[k] = table[0 if side[world] > 0 else 1, count, k]
         cost, row = np.empty((count, count)), 0
         for boat in range(team):
             if works[boat]:

@@ -30,10 +30,11 @@ def team_reach(params: EnvParams) -> tuple[float, float, float]:
     The numbers are those along the vessel, ahead (where it is pushed to), and behind.
     """
     vessel, boat = params.vessel, params.boat
-    slots = formation.slots(params, params.num_boats)
-    along = max(vessel.length / 2, abs(slots.real).max() + boat.width / 2)
-    ahead = max(vessel.width / 2, boat.length / 2 - slots.imag.min())
-    return float(along), float(ahead), float(slots.imag.max() + boat.length / 2)
+    left, right, bottom, top = vessel.extents
+    slots = np.array([formation.slots(params, params.num_boats, side) for side in (1.0, -1.0)])
+    along = max(right, -left, abs(slots.real).max() + boat.width / 2)
+    ahead = max(top, -bottom, boat.length / 2 - slots[0].imag.min())
+    return float(along), float(ahead), float(abs(slots.imag).max() + boat.length / 2)
 
 
 def _point(z: complex) -> tuple[float, float]:
@@ -59,7 +60,7 @@ class Pillars:
         self, params: EnvParams, rng: np.random.Generator, goal: Pose, side: float
     ) -> Sequence[Shape]:
         """Returns the pillars."""
-        length, end = params.vessel.length, complex(*goal[:2])
+        length, end = params.vessel.size, complex(*goal[:2])
         along, ahead, behind = team_reach(params)
         apart = math.hypot(along, max(ahead, behind)) + self.clear * length
         spread = self.spread * length
@@ -97,7 +98,7 @@ class Channel:
         self, params: EnvParams, rng: np.random.Generator, goal: Pose, side: float
     ) -> Sequence[Shape]:
         """Returns the two banks."""
-        length, end = params.vessel.length, complex(*goal[:2])
+        length, end = params.vessel.size, complex(*goal[:2])
         frame = cmath.exp(1j * cmath.phase(end)) if end else 1.0
         before, after = -self.ends * length, abs(end) + self.ends * length
         along = np.concatenate([[before], np.linspace(0.0, abs(end), self.knots + 2), [after]])
@@ -128,7 +129,7 @@ class Dock:
         self, params: EnvParams, rng: np.random.Generator, goal: Pose, side: float
     ) -> Sequence[Shape]:
         """Returns the quay and the piers."""
-        unit, half = params.vessel.length, self.thickness / 2 * params.vessel.length
+        unit, half = params.vessel.size, self.thickness / 2 * params.vessel.size
         along, ahead, _ = team_reach(params)
         x, y = along + self.gap * unit + half, -ahead - self.ahead * unit - half
         x, y = float(x), float(y)

@@ -22,7 +22,7 @@ EFFORT, COLLISION = range(OWN)
 class Prices(NamedTuple):
     """What things are worth, for a tick where they grow with time; see ``RewardParams``."""
 
-    length: float  #: of the vessel, m
+    length: float  #: the vessel's size, m
     size: float  #: the same over the nominal one
     success: float
     accuracy: float
@@ -57,8 +57,8 @@ def prices(params: EnvParams) -> Prices:
     """Returns the prices of an environment."""
     reward, tick = params.reward, 1.0 / params.clock.control
     return Prices(
-        length=params.vessel.length,
-        size=params.vessel.length / NOMINAL_LENGTH,
+        length=params.vessel.size,
+        size=params.vessel.size / NOMINAL_LENGTH,
         success=reward.success,
         accuracy=reward.accuracy,
         strayed=reward.strayed,

@@ -15,6 +15,7 @@ from asv_env.compiled import allocating, compiled
 from asv_env.geometry import direction, xy
 from asv_env.params import EnvParams, HullParams
 from asv_env.params.obstacle_params import Grouping, grouping
+from asv_env.polygons import complex_corners
 from asv_env.types import Bool, Float, Int
 
 CELLS_PER_RADIUS = 4  #: cells in the radius of a circle
@@ -113,11 +114,6 @@ class Grid:
         return 0 <= i < columns and 0 <= j < rows and bool(self.reached[i, j])
 
 
-def circle(hull: HullParams) -> float:
-    """Returns the radius of the circle round a hull's centre that holds it, m."""
-    return max(math.hypot(*corner) for corner in hull.outline)
-
-
 class Waters:
     """The water between the obstacles of an episode, whose vessel begins at the origin.
 
@@ -146,7 +142,7 @@ class Waters:
         if not self._leads_to(goal, side):
             return (
                 "no way from the start to the goal is wide enough for the circle round the vessel, "
-                f"of radius {circle(vessel):.3g} m"
+                f"of radius {vessel.reach:.3g} m"
             )
         return None
 
@@ -155,7 +151,7 @@ class Waters:
 
         It is 0 or less where they overlap.
         """
-        corners = np.array(hull.outline, dtype=np.float64).view(np.complex128)[:, 0]
+        corners = complex_corners(hull.corners)
         turn = direction(np.array(pose[2]))
         placed = np.ascontiguousarray(xy(corners * turn + complex(pose[0], pose[1])))
         return float(clearance(self.obstacle, self._grouping.groups, placed))
@@ -168,7 +164,7 @@ class Waters:
         """
         away = 1j * side * np.exp(1j * goal[2])
         for step in range(PUSHES + 1):
-            distance = STRAIGHT * self.params.vessel.length * step / PUSHES
+            distance = STRAIGHT * self.params.vessel.size * step / PUSHES
             place = complex(goal[0], goal[1]) + distance * away
             if self.clear(self.params.vessel, np.array([place.real, place.imag, goal[2]])) <= 0.0:
                 return False
@@ -179,7 +175,7 @@ class Waters:
     def free(self, x: float, y: float) -> bool:
         """Returns whether a boat can begin at a point, and reach the vessel from there."""
         groups = self._grouping.groups
-        radius = circle(self.params.boat)
+        radius = self.params.boat.reach
         return self._of_boat.holds(x, y) and all(
             gap_to(self.obstacle, groups, group, x, y)[0] > radius
             for group in range(len(groups) - 1)
@@ -187,11 +183,11 @@ class Waters:
 
     @cached_property
     def _of_vessel(self) -> Grid:
-        return self._grid(circle(self.params.vessel))
+        return self._grid(self.params.vessel.reach)
 
     @cached_property
     def _of_boat(self) -> Grid:
-        return self._grid(circle(self.params.boat))
+        return self._grid(self.params.boat.reach)
 
     def _grid(self, radius: float) -> Grid:
         """Returns what a circle reaches from the origin, within arena and walls."""

@@ -55,8 +55,8 @@ def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
 
     They are on the vessel's +n or -n side, which is +1 or -1.
     """
-    boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP * params.scale
-    motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
+    boats = formation.slots(params, params.num_boats, side)
+    motion[1:, 0], motion[1:, 1] = boats.real, boats.imag + side * PUSH_GAP * params.scale
     motion[1:, 2] = -side * np.pi / 2
 
 
@@ -124,7 +124,7 @@ def _goal(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> Fl
     if params.task.goal is not None:
         return np.array(params.task.goal)
     near, far = params.task.goal_distance
-    bound = _bound(params, params.vessel.length / 2)
+    bound = _bound(params, params.vessel.size / 2)
     turn = params.task.goal_turn
     for x, y in _goal_places(params, rng, near, far, bound):
         pose = (x, y, _between(rng, -turn, turn))

@@ -71,7 +71,7 @@ class PhasedPolicy:
             for phase in phases
         ]
         self._params = params
-        scale = params.vessel.length / NOMINAL_LENGTH * params.clock.control
+        scale = params.vessel.size / NOMINAL_LENGTH * params.clock.control
         limits = [np.inf if phase.patience is None else phase.patience for phase in phases]
         self._patience = scale * np.array(limits)
 
@@ -104,13 +104,13 @@ class PhasedPolicy:
         """Returns (W,) whether patience is exhausted, or a boat is lost for a push."""
         patience = self._patience[self._network(memory.state, memory.attempt)]
         position = plane(sensed.estimate)
-        far = np.abs(position[:, 1:] - position[:, :1]) > FAR * self._params.vessel.length
+        far = np.abs(position[:, 1:] - position[:, :1]) > FAR * self._params.vessel.size
         lost = np.logical_or.reduce(far & sensed.working, axis=1)
         return (memory.ticks + 1 >= patience) | ((memory.state == PUSH) & lost)
 
     def _goal_is_behind(self, seen: Sensed, memory: PhaseMemory, event: Int) -> Bool:
         """Returns (W,) whether an approach ends in closure with the goal behind the team."""
-        behind = goal_lateral_offset(seen) > BEHIND * self._params.vessel.length
+        behind = goal_lateral_offset(seen) > BEHIND * self._params.vessel.size
         return seen.closed & (memory.state == APPROACH) & (event == NOTHING) & behind
 
     def _act(

@@ -42,7 +42,7 @@ from baselines.paper.wheel_commands import WheelCommands
 def arrival_time(params: EnvParams, gains: PaperGains) -> float:
     """Returns T_goal, s; it grows with the vessel's length."""
     nominal = gains.arrival_time or ARRIVAL_TIME[params.action_mode]
-    return nominal * params.vessel.length / NOMINAL_LENGTH
+    return nominal * params.vessel.size / NOMINAL_LENGTH
 
 
 def push_speed(params: EnvParams, gains: PaperGains) -> float:

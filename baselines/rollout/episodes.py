@@ -110,7 +110,7 @@ def row(
     """
     error, definition = ended["error"], params.definition
     relative = goal if side > 0 else goal * (1.0, -1.0, -1.0)
-    shortest = float(dubins.length(relative, params.vessel.length / 2))
+    shortest = float(dubins.length(relative, params.vessel.size / 2))
     success = ended["is_success"] and error is None
     cause = None if success else "policy error" if error else _cause(ended, params)
     values: dict[str, Any] = {

@@ -20,6 +20,7 @@ from baselines.scripted.approach_path import ApproachPath
 from baselines.scripted.docking import Docking, GraspMemory
 from baselines.scripted.gains import GraspGains
 from baselines.scripted.helm import Helm
+from baselines.scripted.hull_sides import HullSides
 from baselines.scripted.observer import VesselMemory
 
 MIN_SPEED = 0.02  #: least speed on the path to the waypoint, m/s
@@ -33,16 +34,18 @@ class GraspController:
 
     def __init__(self, params: EnvParams, gains: GraspGains) -> None:
         vessel, self._boat = params.hulls()
-        self._half_length = vessel.length / 2
+        self._shape = HullSides(vessel)
         self._max_sidestep = MAX_SIDESTEP * params.task.slot_distance
         self._hz = params.clock.control
         self._helm = Helm(params)
         self._gains, self._docking = gains, Docking(params, gains)
-        slots = formation.slots(params, params.num_boats)
-        highest = float(slots.imag.max())
-        clearance = highest + gains.waypoint_height - vessel.width / 2
+        slots = np.array([formation.slots(params, params.num_boats, side) for side in (1, -1)])
+        highest = float(np.abs(slots.imag).max())
+        left, right, bottom, top = vessel.extents
+        length, width = 2 * max(right, -left), 2 * max(top, -bottom)  # of a box round the centre
+        clearance = highest + gains.waypoint_height - width / 2
         reach = float(np.abs(slots.real).max())
-        self._path = ApproachPath(vessel.length, vessel.width, clearance, reach, gains.sigma)
+        self._path = ApproachPath(length, width, clearance, reach, gains.sigma)
         self._row = highest + self._boat.length
         # A boat that points along the force it needs changes its velocity in ``velocity_time``.
         damping = self._boat.sway[0] + self._boat.sway[1] * gains.descent_speed
@@ -71,8 +74,8 @@ class GraspController:
         velocity = relations.velocity[:, 1:] * to_vessel - hull
         drift = vessel.drift[:, None] * to_vessel - hull
         self._docking.update_team(relations, waypoint, sensed, memory)
-        at_side = np.abs(sensed.slot.real) < self._half_length
-        off_hull = np.where(at_side, 1j, np.sign(sensed.slot.real))
+        end = self._shape.end(sensed.slot)
+        off_hull = np.where(end == 0, 1j, end)
         holding_position = sensed.slot + gains.standoff * off_hull
         target = np.where(memory.descending[:, None], holding_position, waypoint)
         failed = ~sensed.working & (relations.boat.imag < self._row)

@@ -40,7 +40,7 @@ class PreviewLqr:
                 f"vessel.surge = {vessel.surge} without fins: the scripted policy cannot hold a "
                 "vessel that slides freely along its length; give some drag"
             )
-        scale = vessel.length / NOMINAL_LENGTH
+        scale = vessel.size / NOMINAL_LENGTH
         state_cost = np.diag([tolerances.cross_track**-2, tolerances.heading**-2, 0.0, 0.0])
         efforts = np.array([tolerances.force or 1.0, scale**2 * tolerances.moment])
         control_cost = np.diag(efforts**-2)

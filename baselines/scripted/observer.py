@@ -49,7 +49,7 @@ class VesselObserver:
     def __init__(self, params: EnvParams) -> None:
         self._vessel, _ = params.hulls()
         self._dt = 1.0 / params.clock.control
-        noise, scale = params.sensors, self._vessel.length / NOMINAL_LENGTH
+        noise, scale = params.sensors, self._vessel.size / NOMINAL_LENGTH
         linear_noise = noise.position_noise, noise.speed_noise
         angular_noise = noise.heading_noise, noise.yaw_rate_noise
         linear = steady_gain(ACCELERATION, *linear_noise, self._dt)

@@ -91,14 +91,14 @@ class PathFollower:
         velocity = (relations.velocity[:, 0] - drift) * relations.heading[:, 0].conj()
         speed, yaw_rate = -velocity.imag, relations.yaw_rate[:, 0]
         cross_track, turned, remaining, curvature = self.track(relations, drift, speed, memory)
-        limit = MAX_CROSS_TRACK * self._vessel.length
+        limit = MAX_CROSS_TRACK * self._vessel.size
         cross_track = np.clip(cross_track, -limit, limit)
         turned = np.clip(turned, -MAX_HEADING_ERROR, MAX_HEADING_ERROR)
         deviation = np.stack([cross_track, turned, velocity.real, yaw_rate], axis=-1)
         lqrs = self._caged, self._uncaged
         wrenches = (lqr.wrench(speed, deviation, curvature) for lqr in lqrs)
         along, moment = np.where(caged[:, None], *wrenches).T
-        limit = self._gains.max_end_force * self._vessel.length / NOMINAL_LENGTH
+        limit = self._gains.max_end_force * self._vessel.size / NOMINAL_LENGTH
         remaining = remaining + self._run_out(drift)
         forward = self._planner.force(remaining, speed, self._gains.speed_gain)
         return forward, np.clip(along, -limit, limit), moment
@@ -116,7 +116,7 @@ class PathFollower:
             to the goal, m; curvature (W, PREVIEW_POINTS) of the path ahead, 1/m.
         """
         path = ArcPath(memory.start, memory.curvature, memory.length)
-        total, length = path.total_length, self._vessel.length
+        total, length = path.total_length, self._vessel.size
         carried = drift * self._time(total - memory.progress, drift)
         reference = path.pose_at(memory.progress)
         offset = relations.position[:, 0] + carried - (reference[:, 0] + 1j * reference[:, 1])

@@ -35,7 +35,7 @@ class PathPlanner:
             coasting_distance(vessel, gains.passing_speed / gains.braking) - self._overshoot
         )
         # Near the goal the speed changes within centimetres; far from it, it does not change.
-        remaining = TIMETABLE_LENGTH * vessel.length * np.linspace(0.0, 1.0, 5000) ** 2
+        remaining = TIMETABLE_LENGTH * vessel.size * np.linspace(0.0, 1.0, 5000) ** 2
         slowness = 1.0 / self.speed(remaining)
         steps = np.diff(remaining) * (slowness[1:] + slowness[:-1]) / 2
         self._timetable = remaining, np.concatenate([[0.0], np.cumsum(steps)])
@@ -47,7 +47,7 @@ class PathPlanner:
         the vessel recovers from the turn and slows down. Wide arcs and long straights are easier
         to follow, so they make up for some path length in the cost.
         """
-        gains, length = self.gains, self._vessel.length
+        gains, length = self.gains, self._vessel.size
         radii = gains.widest_radius * np.linspace(1.0, gains.tightest_radius, CHOICES)
         straights = gains.final_straight * np.linspace(1.0, 0.0, CHOICES)
         radius, straight = (grid.reshape(-1, 1) for grid in np.meshgrid(radii, straights))

@@ -14,6 +14,7 @@ from asv_env.types import Bool, Complex, Float, Sensed
 from baselines.paper.coasting import drag
 from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.helm import Helm
+from baselines.scripted.hull_sides import HullSides
 from baselines.scripted.observer import VesselMemory
 from baselines.scripted.path_following import PathFollower, PathMemory
 from baselines.scripted.planner import PathPlanner
@@ -37,7 +38,9 @@ class PushController:
         self._vessel, self._boat = params.hulls()
         self._gains, self._helm = gains, Helm(params)
         self._settling = Settling(params, gains, planner.gains.still_water)
-        self._corners = plane(np.array(self._boat.outline))
+        self._corners, self._shape = plane(np.array(self._boat.corners)), HullSides(self._vessel)
+        room = self._shape.rooms(params.water.contact_friction)
+        self._room = np.array(room) - self._boat.width
         self._follower = PathFollower(self._vessel, planner, gains, tolerances)
         self._drag = drag(self._vessel.sway, planner.gains.speed)
 
@@ -54,7 +57,8 @@ class PushController:
         A push begins in the worlds ``begins`` (W,). Failed boats are left out. ``memory`` is
         updated, and ``vessel`` receives what the boats exert.
         """
-        gains, at_end = self._gains, np.abs(sensed.slot.real) > self._vessel.length / 2
+        gains, ends = self._gains, self._shape.end(sensed.slot)
+        at_end = ends != 0
         pushing = sensed.working & ~at_end
         caged = np.asarray((sensed.working & at_end).any(axis=1))
         memory.released &= ~begins
@@ -62,32 +66,37 @@ class PushController:
         memory.replan &= ~memory.released
         self._follower.plan(relations, vessel.drift, memory, begins | memory.replan)
         forward, along, moment = self._follower.wrench(relations, vessel.drift, caged, memory)
-        places = self.places(sensed.slot, pushing)
+        places = self.places(sensed.slot, pushing, sensed.side)
         reserve, least = gains.moment_reserve * self._drag, gains.contact_force * self._drag
         force, vessel.moment = allocate(forward, moment, places.real, pushing, reserve, least)
         vessel.force = along - 1j * force.sum(axis=1)
         gap, yaw_rate = places - relations.boat, relations.yaw_rate[:, :1]
         hull = relations.velocity[:, :1] * relations.heading[:, :1].conj() + 1j * yaw_rate * places
         water = (vessel.drift * relations.heading[:, 0].conj())[:, None]
-        ends = np.sign(places.real)
-        end = self._end_command(relations, places, hull, water, yaw_rate, ends, along)
+        half = np.sign(places.real)
+        end = self._end_command(relations, places, hull, water, yaw_rate, half, along)
         side = self._side_command(gap, hull, water, yaw_rate, force)
         speed, offset = np.where(at_end, end, side)
         turn = direction(offset - np.pi / 2) * relations.heading[:, :1] / relations.heading[:, 1:]
         yaw_rate = yaw_rate + self._helm.turn(np.arctan2(turn.imag, turn.real))
         free = memory.released
         vessel.force[free], vessel.moment[free] = 0.0, 0.0
-        off = self._settling.stand_off(relations, hull, np.where(at_end, np.sign(places.real), 0.0))
+        off = self._settling.stand_off(relations, hull, ends, sensed.side)
         speed = np.where(free[:, None], off, speed)
         yaw_rate = np.where(free[:, None] & at_end, 0.0, yaw_rate)
         return np.stack([speed, yaw_rate], axis=-1)
 
-    def places(self, slot: Complex, pushing: Bool) -> Complex:
-        """Returns the boats' places (W, A), m: side boats are spread as far as the ends allow."""
+    def places(self, slot: Complex, pushing: Bool, side: Float) -> Complex:
+        """Returns the boats' places (W, A), m.
+
+        Side boats are spread as far as the ends allow, and friction on the hull's side (W,).
+        """
         farthest = np.abs(np.where(pushing, slot.real, 0.0)).max(axis=1, keepdims=True)
-        room = self._vessel.length / 2 - self._boat.width
+        room = np.where(side < 0, self._room[1], self._room[0])[:, None]
         spread = np.clip(room / np.maximum(farthest, TINY), 1.0, self._gains.spread)
-        return np.where(pushing, spread, 1.0) * slot.real + 1j * slot.imag
+        u = np.where(pushing, spread, 1.0) * slot.real
+        height = self._shape.height(u, side) - self._shape.height(slot.real, side)
+        return u + 1j * (slot.imag + height)
 
     def _side_command(
         self, gap: Complex, hull: Complex, water: Complex, yaw_rate: Float, force: Float
@@ -123,7 +132,7 @@ class PushController:
         gains, boat = self._gains, self._boat
         gap, forward, through = places - relations.boat, -hull.imag, hull - water
         bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
-        clearance = end * relations.boat.real - self._vessel.length / 2 - self._reach(bow, end)
+        clearance = self._shape.beyond(relations.boat.real, end) - self._reach(bow, end)
         press = np.maximum(-force[:, None] * end, 0.0) + gains.min_end_force
         # The boat on the outer side of a turn also needs the force that keeps it in the turn.
         needed = press - end * boat.masses[0] * yaw_rate * np.maximum(forward, 0.0)

@@ -71,7 +71,7 @@ class ScriptedPolicy:
         params = params.rescaled(self._shrinking)  # Gains are those of the nominal size.
         self._has_goal = params.definition.has_goal
         self._helm = Helm(params)
-        self._lost = LOST * params.vessel.length
+        self._lost = LOST * params.vessel.size
         #: age of the measurements, s, for which the motion is predicted
         self._delay = params.sensors.delay
         self._grasp = GraspController(params, grasp)

@@ -17,6 +17,7 @@ from asv_env.physics.hull import Hulls, advanced, equip, hulls, kinds
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float
 from baselines.scripted.gains import PushGains
+from baselines.scripted.hull_sides import HullSides
 from baselines.scripted.observer import VesselMemory
 
 GRASPS_AGAIN = 1.4
@@ -37,7 +38,7 @@ class Settling:
     def __init__(self, params: EnvParams, gains: PushGains, still_water: float) -> None:
         self._vessel, boat = params.hulls()
         self._gains, self._task, self._still_water = gains, params.task, still_water
-        self._corners = plane(np.array(boat.outline))
+        self._corners, self._shape = plane(np.array(boat.corners)), HullSides(self._vessel)
         vessel, self._hulls = self._vessel, hulls(1, 1)
         self._step = COASTING_TIMES / STEPS * vessel.masses[1] / vessel.sway[0]
         equip(self._hulls, 0, kinds([vessel]), np.ones(1), np.ones(1), self._step)
@@ -71,27 +72,29 @@ class Settling:
         way, turn = coasted(np.stack(motion, axis=-1), self._hulls, self._step)
         return (relations.goal - way) * np.exp(-1j * turn), relations.heading_error + turn
 
-    def stand_off(self, relations: Relations, hull: Complex, end: Float) -> Float:
+    def stand_off(self, relations: Relations, hull: Complex, end: Float, side: Float) -> Float:
         """Returns the speeds (W, A) m/s, along their bows, of boats that leave the hull alone.
 
         Args:
             relations: estimated relations.
             hull: (W, A) velocity of the hull at the boats, in its frame, m/s.
             end: (W, A) -1 or +1 where a boat is at that end of the hull, 0 at its side.
+            side: (W,) of the hull that faces the teams, +1 or -1.
         """
         gains, bow = self._gains, relations.heading[:, 1:] * relations.heading[:, :1].conj()
-        missing = np.where(end == 0, gains.release_gap, END_GAP) - self.clearance(relations, end)
+        missing = np.where(end == 0, gains.release_gap, END_GAP)
+        missing = missing - self.clearance(relations, end, side)
         away = np.clip(gains.release_gain * missing, -gains.release_speed, gains.release_speed)
         towards = np.where(end == 0, -bow.imag, -end * bow.real)
         # A boat whose flank touches the hull cannot back off, so it goes along.
         return (hull * bow.conj()).real - np.where(towards > FACING, away, 0.0)
 
-    def clearance(self, relations: Relations, end: Float) -> Float:
+    def clearance(self, relations: Relations, end: Float, side: Float) -> Float:
         """Returns the gaps (W, A) between boats and the hull's side or end where they are, m."""
         bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
         corners = relations.boat[..., None] + self._corners * bow[..., None]
-        beside = corners.imag.min(axis=-1) - self._vessel.width / 2
-        beyond = (end[..., None] * corners.real).min(axis=-1) - self._vessel.length / 2
+        beside = (corners.imag - self._shape.height(corners.real, side)).min(axis=-1)
+        beyond = self._shape.beyond(corners.real, end[..., None]).min(axis=-1)
         return np.where(end == 0, beside, beyond)
 
 

@@ -91,7 +91,7 @@ def pictured(suite: Suite) -> list[Condition]:
 def _look(params: EnvParams) -> tuple[Any, ...]:
     """Returns what decides how an initial state looks."""
     water = params.water.current, params.water.walls
-    hulls = params.vessel.length, params.vessel.width, params.boat.length
+    hulls = tuple(params.vessel.corners), params.boat.length
     return (params.task.name, params.num_boats, hulls, water, params.water.gust_speed > 0)
 
 

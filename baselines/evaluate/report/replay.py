@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from asv_env.params import EnvParams
+from asv_env.polygons import roomiest
 from asv_env.render import colours as scene
 from asv_env.types import Float
 from baselines.evaluate.conditions import Condition
@@ -119,8 +120,9 @@ def _stage(condition: Condition, embedded: int) -> dict[str, Any]:
         "about": condition.about.replace("`", ""),
         "grasped": params.definition.starts_grasped,
         "boats": params.num_boats,
-        "vessel": params.vessel.outline,
-        "boat": params.boat.outline,
+        "vessel": params.vessel.corners,
+        "middle": roomiest(params.vessel.corners),
+        "boat": params.boat.corners,
         "bow": 1.3 * params.boat.bow,
         "walls": params.water.walls,
         "anchored": params.task.goal_anchor == "closure",

@@ -14,10 +14,10 @@ const hulls = ((palette) => {
     pen.restore();
   }
 
-  /** An arrow head on the vessel that points ahead. */
-  function chevron(pen, outline, colour, alpha) {
-    const scale = 0.6 * Math.min(...outline.map(([, y]) => Math.abs(y)));
-    line(pen, CHEVRON.map(([u, v]) => [scale * u, scale * v]));
+  /** An arrow head that points ahead, where most of the vessel is round a point. */
+  function chevron(pen, [x, y, room], colour, alpha) {
+    const scale = 0.6 * room;
+    line(pen, CHEVRON.map(([u, v]) => [x + scale * u, y + scale * v]));
     fill(pen, colour, alpha);
   }
 
@@ -31,7 +31,7 @@ const hulls = ((palette) => {
     inside(pen, condition.vessel, pose, () => {
       fill(pen, palette.deck);
       stroke(pen, palette.keel, 1.6 * px);
-      chevron(pen, condition.vessel, palette.keel);
+      chevron(pen, condition.middle, palette.keel);
     });
   }
 
@@ -39,7 +39,7 @@ const hulls = ((palette) => {
   function drawGoal(pen, condition, goal) {
     inside(pen, condition.vessel, goal, () => {
       fill(pen, palette.white, 0.17);
-      chevron(pen, condition.vessel, palette.white, 0.6);
+      chevron(pen, condition.middle, palette.white, 0.6);
     });
   }
 

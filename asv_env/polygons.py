@@ -1,0 +1,225 @@
+"""Outlines of hulls: polygons of corners (n, 2) m, or of complex corners (n,) x + iy.
+
+They are simple, and counter-clockwise unless something else is said.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from asv_env.compiled import compiled
+from asv_env.types import Complex, Float
+
+Corners = Sequence[tuple[float, float]]
+LEVEL = 1e-9  #: largest slant of an edge that counts as along an axis, extents
+
+
+def complex_corners(corners: Corners) -> Complex:
+    """Returns corners as complex numbers x + iy (n,)."""
+    return np.array(corners, dtype=np.float64).view(np.complex128)[:, 0]
+
+
+def edges(corners: Corners) -> tuple[Float, Float]:
+    """Returns the first corner (n, 2) of each edge, and the vector (n, 2) along it, m."""
+    points = np.array(corners, dtype=np.float64)
+    return points, np.roll(points, -1, axis=0) - points
+
+
+def _cross(one: Float, other: Float) -> Float:
+    crossed: Float = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
+    return crossed
+
+
+def area(corners: Corners) -> float:
+    """Returns the area, m^2; negative of a clockwise polygon."""
+    points, along = edges(corners)
+    return float(_cross(points - points[0], along).sum() / 2)
+
+
+def centroid(corners: Corners) -> tuple[float, float]:
+    """Returns the centroid of the area, m."""
+    points, along = edges(corners)
+    first = points[0]
+    cross = _cross(points - first, along)
+    x, y = first + (cross[:, None] * (2 * (points - first) + along)).sum(axis=0) / (3 * cross.sum())
+    return float(x), float(y)
+
+
+def second_moments(corners: Corners) -> tuple[float, float]:
+    """Returns the integrals of x^2 and of y^2 over the area, m^4."""
+    points, along = edges(corners)
+    following = points + along
+    squares = points**2 + points * following + following**2
+    x, y = (_cross(points, following)[:, None] * squares).sum(axis=0) / 12
+    return float(x), float(y)
+
+
+def gyration(corners: Corners) -> float:
+    """Returns the squared radius of gyration of a uniform polygon about the origin, m^2.
+
+    It is the area integral over the triangles that the edges span with the origin.
+    """
+    points = np.array(corners)
+    following = np.roll(points, -1, axis=0)
+    cross = points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]
+    squares = (points**2 + points * following + following**2).sum(axis=1)
+    return float((cross * squares).sum() / (6 * cross.sum()))
+
+
+def extents(corners: Corners) -> tuple[float, float, float, float]:
+    """Returns the least and the largest x, and the least and the largest y, m."""
+    x, y = zip(*corners, strict=True)
+    return min(x), max(x), min(y), max(y)
+
+
+def reach(corners: Corners) -> float:
+    """Returns the distance of the farthest corner from the origin, m."""
+    return max(math.hypot(x, y) for x, y in corners)
+
+
+def is_simple(corners: Corners) -> bool:
+    """Returns whether no edge meets another one but at their common corner."""
+    points, along = edges(corners)
+    count = len(points)
+    first, second = np.triu_indices(count, 1)
+    adjacent = (second - first == 1) | (second - first == count - 1)
+    return not (_meet(points, along, first, second) & ~adjacent).any() and not _folds(along)
+
+
+def _meet(points: Float, along: Float, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Returns which pairs of edges have a point in common."""
+    a, b, c, d = points[first], along[first], points[second], along[second]
+
+    def side(start: Float, direction: Float, point: Float) -> Float:
+        return np.sign(_cross(direction, point - start))
+
+    across = side(a, b, c) * side(a, b, c + d) <= 0
+    across &= side(c, d, a) * side(c, d, a + b) <= 0
+    # Edges on one line meet where their boxes do.
+    low, high = np.minimum(a, a + b), np.maximum(a, a + b)
+    overlap = (np.minimum(c, c + d) <= high) & (np.maximum(c, c + d) >= low)
+    return across & overlap.all(axis=1)
+
+
+def _folds(along: Float) -> bool:
+    """Returns whether an edge goes straight back on the one before it."""
+    following = np.roll(along, -1, axis=0)
+    back = (along * following).sum(axis=1) < 0
+    return bool((back & (_cross(along, following) == 0)).any())
+
+
+def is_convex(corners: Corners) -> bool:
+    """Returns whether no corner points inwards."""
+    _, along = edges(corners)
+    return bool((_cross(along, np.roll(along, -1, axis=0)) >= 0).all())
+
+
+def convex_hull(corners: Corners) -> list[tuple[float, float]]:
+    """Returns the corners of the convex hull, counter-clockwise; of a convex polygon its own."""
+    if is_convex(corners):
+        return list(corners)
+    return [corners[index] for index in ConvexHull(np.array(corners)).vertices]
+
+
+def upper_side(corners: Corners) -> tuple[Float, Float]:
+    """Returns x and y of the corners of the convex hull's upper side, from the least x on, m."""
+    hull = np.array(convex_hull(corners))
+    x, y = hull.T
+    ends = LEVEL * np.ptp(x)
+    right, left = np.flatnonzero(x >= x.max() - ends), np.flatnonzero(x <= x.min() + ends)
+    start, end = right[y[right].argmax()], left[y[left].argmax()]
+    chain = np.arange(start, start + (end - start) % len(hull) + 1) % len(hull)
+    return x[chain][::-1], y[chain][::-1]
+
+
+def end_height(corners: Corners, end: float) -> float:
+    """Returns the mean y of a polygon's edge or corner at an end, whose x is ``end``, m."""
+    points = np.array(corners)
+    y = points[abs(points[:, 0] - end) <= LEVEL * np.ptp(points[:, 0]), 1]
+    return float(y.max() + y.min()) / 2
+
+
+def crossings(corners: Corners, height: float) -> Float:
+    """Returns the x at which the outline crosses a line y = ``height``, in order, m."""
+    points, along = edges(corners)
+    below = points[:, 1] < height
+    crosses = below != np.roll(below, -1)
+    start, step = points[crosses], along[crosses]
+    return np.sort(start[:, 0] + (height - start[:, 1]) / step[:, 1] * step[:, 0])
+
+
+def turned(corners: Corners) -> list[tuple[float, float]]:
+    """Returns a polygon turned by a right angle, clockwise: what was y becomes x."""
+    return [(y, -x) for x, y in corners]
+
+
+def inset(corners: Complex, margin: float) -> Complex:
+    """Returns a polygon (n,) whose edges lie ``margin`` m further inside; for small margins."""
+    along = np.roll(corners, -1) - corners
+    inwards = 1j * along / np.abs(along)
+    before = np.roll(inwards, 1)
+    # The corner's shift has the component ``margin`` along both edges' normals.
+    shift = (before + inwards) / (1 + (before * inwards.conj()).real)
+    shifted: Complex = corners + margin * shift
+    return shifted
+
+
+@compiled
+def contains(corners: Complex, point: complex) -> bool:
+    """Returns whether a point lies within a polygon (n,)."""
+    inside, before = False, corners[len(corners) - 1]
+    for corner in corners:
+        if (corner.imag > point.imag) != (before.imag > point.imag):
+            share = (point.imag - corner.imag) / (before.imag - corner.imag)
+            inside ^= point.real < corner.real + share * (before.real - corner.real)
+        before = corner
+    return inside
+
+
+@compiled
+def to_outline(corners: Complex, point: complex) -> complex:
+    """Returns the vector from a point to the nearest point of a polygon's outline, m."""
+    nearest, least = corners[0] - point, math.inf
+    start = corners[len(corners) - 1]
+    for end in corners:
+        edge, to_start = end - start, start - point
+        length = math.hypot(edge.real, edge.imag)
+        along = -(to_start.real * edge.real + to_start.imag * edge.imag)
+        if along <= 0.0:
+            offset = to_start
+        elif along >= length * length:
+            offset = end - point
+        else:  # The part of the way to the corner that is across the edge.
+            x, y = edge.imag / length, -edge.real / length
+            gap = to_start.real * x + to_start.imag * y
+            offset = complex(gap * x, gap * y)
+        square = offset.real * offset.real + offset.imag * offset.imag
+        if square < least:
+            nearest, least = offset, square
+        start = end
+    return nearest
+
+
+def roomiest(corners: Corners, steps: int = 24) -> tuple[float, float, float]:
+    """Returns where the most of a polygon is round a point: x, y and the radius there, m.
+
+    It is the centroid where hardly any other place has more room, found on a coarse grid.
+    """
+    outline, (left, right, bottom, top) = complex_corners(corners), extents(corners)
+    x, y = centroid(corners)
+    grid = [
+        complex(left + (right - left) * i / steps, bottom + (top - bottom) * k / steps)
+        for i in range(1, steps)
+        for k in range(1, steps)
+    ]
+    middle = complex(x, y)
+    rooms = [
+        (abs(to_outline(outline, point)), -abs(point - middle), point)
+        for point in [middle, *grid]
+        if contains(outline, point)
+    ]
+    most = 0.97 * max(room for room, _, _ in rooms)
+    room, _, point = max((one for one in rooms if one[0] >= most), key=lambda one: one[1])
+    return point.real, point.imag, room
