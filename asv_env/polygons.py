@@ -202,6 +202,11 @@ def to_outline(corners: Complex, point: complex) -> complex:
     return nearest
 
 
+def gap_to(corners: Complex, point: complex) -> float:
+    """Returns the distance of a point from a polygon (n,), m; 0 within it."""
+    return 0.0 if contains(corners, point) else abs(to_outline(corners, point))
+
+
 def roomiest(corners: Corners, steps: int = 24) -> tuple[float, float, float]:
     """Returns where the most of a polygon is round a point: x, y and the radius there, m.
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from asv_env import geometry
 from asv_env.geometry import plane
+from asv_env.memo import by_identity
 from asv_env.params import EnvParams
 from asv_env.params.scaling import MOTION
 from asv_env.tasks import standing
@@ -81,7 +82,7 @@ def view(
     prescribed = side == sensed.side
     seen = replace(mirror_image(sensed, side), side=np.ones_like(side))
     if not prescribed.all():
-        own, given = _own_standing(params, seen, memory, fresh), prescribed[:, None]
+        own, given = _own_standing(params, seen, memory, fresh, side), prescribed[:, None]
         slot = np.where(given, seen.slot, own.slot)
         occupied = np.where(given, seen.occupied, own.occupied)
         closed = np.where(prescribed, seen.closed, own.closed)
@@ -89,13 +90,30 @@ def view(
     return seen, PushSide(side, seen.slot, sensed.working.copy(), seen.closed)
 
 
-def _own_standing(params: EnvParams, seen: Sensed, memory: PushSide, fresh: Bool) -> Sensed:
-    """Returns what is seen with standings that follow from the estimate and from what was."""
-    before = replace(seen, slot=memory.slot, closed=memory.closed, working=memory.working)
-    now = standing.advanced(before, seen.estimate, params, 1)
+def _own_standing(
+    params: EnvParams, seen: Sensed, memory: PushSide, fresh: Bool, side: Float
+) -> Sensed:
+    """Returns what is seen with standings that follow from the estimate and from what was.
+
+    They are found in the world and not in its mirror image, where the vessel is another one.
+    """
+    known = replace(seen, slot=memory.slot, closed=memory.closed, working=memory.working)
+    before = replace(mirror_image(known, side), side=side)
+    now = standing.advanced(before, before.estimate, params, 1)
     closed = now.closed & ~fresh
     fails = (seen.working != memory.working).any(axis=1)
-    goal = seen.anchored, seen.goal, np.zeros_like(fresh)
+    goal = seen.anchored, before.goal, np.zeros_like(fresh)
     events = Events(fresh | fails, seen.working, *goal)
     after = replace(before, occupied=now.occupied, closed=closed)
-    return standing.changed(after, seen.estimate, now.misassigned, events, params)[0]
+    found, _ = standing.changed(after, before.estimate, now.misassigned, events, params)
+    return mirror_image(found, side)
+
+
+@by_identity
+def image(params: EnvParams) -> EnvParams:
+    """Returns the parameters of the mirror image: another vessel where it is not symmetric."""
+    outline = params.vessel.outline
+    if outline is None:
+        return params
+    mirrored = tuple((u, -w) for u, w in outline)
+    return replace(params, vessel=replace(params.vessel, outline=mirrored))

@@ -29,6 +29,7 @@ OPTIONS = {
     "feature": {"observation": "TIMED"},
     "scenario": {"scenario": "mine:MURKY"},
     "hull": {"vessel": "mine:LONG"},
+    "outline": {"vessel": "mine:HOUSE"},
 }
 
 

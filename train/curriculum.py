@@ -13,6 +13,7 @@ import numpy as np
 
 from asv_env import geometry
 from asv_env.params import NOMINAL_LENGTH, EnvParams
+from asv_env.polygons import complex_corners, gap_to
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.tasks import starts
@@ -125,16 +126,19 @@ def _place_near_hull(motion: Float, params: EnvParams, rng: np.random.Generator)
     Where it is too crowded for the team, the boats stay where they are.
     """
     vessel, boat = params.vessel, params.boat
-    half = np.array([vessel.length, vessel.width]) / 2
+    outline = complex_corners(vessel.corners)
+    left, right, bottom, top = vessel.extents
+    margin = MARGIN * vessel.size
     diagonal = np.hypot(boat.length, boat.width)
     clear, apart = diagonal / 2, 1.05 * diagonal
     placed: list[Float] = []
     for _ in range(TRIES * params.num_boats):
         if len(placed) == params.num_boats:
             break
-        point = rng.uniform(-half - MARGIN * vessel.length, half + MARGIN * vessel.length)
-        gap = np.hypot(*np.maximum(np.abs(point) - half, 0.0))
-        if gap > clear and all(np.hypot(*(point - boat)) > apart for boat in placed):
+        point = rng.uniform((left - margin, bottom - margin), (right + margin, top + margin))
+        if gap_to(outline, complex(*point)) > clear and all(
+            np.hypot(*(point - boat)) > apart for boat in placed
+        ):
             placed.append(point)
     else:
         return

@@ -14,8 +14,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from asv_env.geometry import plane, xy
+from asv_env.geometry import plane
 from asv_env.params import EnvParams
+from asv_env.polygons import complex_corners, gap_to
 from asv_env.tasks import starts
 from asv_env.tasks.termination import delivery_ticks
 from asv_env.types import Float, InitialState
@@ -79,10 +80,9 @@ def push_time(params: EnvParams, distance: Float) -> Float:
 def least_time(params: EnvParams, start: InitialState) -> float:
     """Returns the least time of an episode, s, from its initial state."""
     boats = plane(start.motion)[1:]
-    half = np.array([params.vessel.length, params.vessel.width]) / 2
-    outside = np.maximum(np.abs(xy(boats)) - half, 0.0)
-    hull = np.hypot(params.boat.length, params.boat.width) / 2
-    gap = max(0.0, float(np.hypot(*outside.T).min()) - hull)
+    outline = complex_corners(params.vessel.corners)
+    nearest = min(gap_to(outline, boat) for boat in boats.tolist())
+    gap = max(0.0, nearest - params.boat.reach)
     distance = float(np.hypot(*(start.goal[:2] - start.motion[0, :2])))
     held = (delivery_ticks(params) - 1) / params.clock.control
     return gap / boat_speed(params) + float(push_time(params, np.array(distance))) + held

@@ -13,7 +13,7 @@ from asv_env.sensing.observation import DEFAULT, VERSION, Feature
 from asv_env.tasks import TASKS
 from asv_env.tasks.task import Task
 from asv_env.types import Action, Bool, Float, Int, Observation, Sensed
-from baselines.mirror import PushSide, view
+from baselines.mirror import PushSide, image, view
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 Layers = Sequence[tuple[Float, Float]]
@@ -108,6 +108,9 @@ class NetworkPolicy:
             sensed, push_side = view(self._params, sensed, memory.push_side, fresh)
         if self._observes:
             observation = observe(sensed, self._features, self._params)
+            if push_side is not None and self._params.vessel.outline is not None:
+                mirrored = observe(sensed, self._features, image(self._params))
+                observation = np.where(push_side.side[:, None, None] < 0, mirrored, observation)
         action = self.forward(observation)
         if push_side is not None:
             action[..., 1] *= push_side.side[:, None].astype(np.float32)

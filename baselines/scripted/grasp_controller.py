@@ -39,7 +39,8 @@ class GraspController:
         self._hz = params.clock.control
         self._helm = Helm(params)
         self._gains, self._docking = gains, Docking(params, gains)
-        slots = np.array([formation.slots(params, params.num_boats, side) for side in (1, -1)])
+        sides = {"+n": [1.0], "-n": [-1.0]}.get(params.task.side, [1.0, -1.0])
+        slots = np.array([formation.slots(params, params.num_boats, side) for side in sides])
         highest = float(np.abs(slots.imag).max())
         left, right, bottom, top = vessel.extents
         length, width = 2 * max(right, -left), 2 * max(top, -bottom)  # of a box round the centre
