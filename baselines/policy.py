@@ -24,7 +24,8 @@ class Policy(Protocol):
         """Returns the actions of all boats for one control tick.
 
         Args:
-            sensed: what the team knows: motion with its noise, slots, goal.
+            sensed: what the team knows: motion with its noise, slots, goal. Boats that sense for
+                themselves have a world each here, see ``distributed``.
             observation: (W, A, K) float32, K features of each boat.
             memory: memory that the previous call returned; None at the first call.
             fresh: (W,) bool, worlds that have begun a new episode since the previous call; their

@@ -1,11 +1,11 @@
 """Boats with sensors of their own: who sees what, and teams whose boats each act on that."""
 
 import pickle
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from helpers import begin_at, bodies, copied, same
+from helpers import begin_at, bodies, copied, decide, same
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,6 +22,7 @@ from baselines.policy import POLICIES
 from baselines.rollout import runner
 from baselines.rollout.guard import Guard
 from baselines.rollout.loop import rollout
+from baselines.scripted.scripted_policy import ScriptedPolicy, unfiltered
 
 OWN = {"sensors": {"shared": False}}
 """Nothing is unseen, late, lost or noisy: every boat knows the truth."""
@@ -348,6 +349,18 @@ def test_the_scripted_team_runs_in_every_task_however_little_it_sees(task):
     for _, step, known, _ in driven(begun(4, task=task, **options), 400):
         assert np.isfinite(known.estimate).all()
         assert np.isfinite(step.observation).all()
+
+
+def test_an_unfiltered_team_acts_on_measurements_alone():
+    sim = begun(3, **HARD)
+    for _ in range(5):
+        sim.step(np.zeros((3, 4, 2)))
+    known, policy = sim.sensed, unfiltered(sim.params)
+    action, memory = decide(policy, known)
+    other = replace(known, estimate=known.estimate + 0.1)
+    assert same(action, decide(policy, other)[0])
+    assert same(decide(policy, known, memory)[0], decide(policy, other, memory)[0])
+    assert not same(action, decide(ScriptedPolicy(sim.params), other)[0])
 
 
 def test_the_scripted_team_delivers_while_each_boat_sees_for_itself():

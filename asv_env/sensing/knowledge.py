@@ -24,7 +24,9 @@ from asv_env.types import (
 
 SITUATION = tuple(f.name for f in fields(Situation))  #: names of all that is known but motion
 STANDING = {f.name for f in fields(Standing)}  #: names of what follows from the estimate
-EXACT = tuple(name for name in SITUATION if name not in STANDING)  #: names of what all know exactly
+CONSTANT = {"side", "obstacle"}  #: names of what stays as it is through an episode
+EXACT = tuple(name for name in SITUATION if name not in STANDING | CONSTANT)
+"""Names of the rest, which is known exactly."""
 
 
 class Knowledge:

@@ -49,6 +49,7 @@ class ScriptedPolicy:
         push: gains of the push.
         tolerances: tolerated deviations of the vessel from its path.
         planner: plans the vessel's paths; None plans them with the default ``PathGains``.
+        filtered: whether it acts on filtered motion; else on the latest measurements as they are.
 
     Raises:
         ValueError: the environment takes thruster actions.
@@ -61,6 +62,7 @@ class ScriptedPolicy:
         push: PushGains = PushGains(),  # noqa: B008
         tolerances: Tolerances = Tolerances(),  # noqa: B008
         planner: PathPlanner | None = None,
+        filtered: bool = True,
     ) -> None:
         if params.action_mode != "tracking":
             raise ValueError(
@@ -77,7 +79,7 @@ class ScriptedPolicy:
         self._grasp = GraspController(params, grasp)
         planner = planner or PathPlanner(params.hulls()[0], PathGains())
         self._push = PushController(params, planner, push, tolerances)
-        self._observer = VesselObserver(params)
+        self._observer, self._filtered = VesselObserver(params), filtered
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
@@ -96,10 +98,12 @@ class ScriptedPolicy:
         self._observer.update(sensed, memory.vessel, memory.pushing & ~memory.path.released)
         # What was believed of a vessel that comes into sight is older than its measurement.
         sighted = sensed.seen[:, 0] & ~memory.vessel.seen
-        self._observer.restart(sensed, memory.vessel, fresh | sighted)
+        self._observer.restart(sensed, memory.vessel, fresh | sighted | (not self._filtered))
         memory.vessel.seen = sensed.seen[:, 0].copy()
-        motion = sensed.estimate.copy()
-        motion[:, 0] = memory.vessel.motion
+        motion = sensed.measured
+        if self._filtered:
+            motion = sensed.estimate.copy()
+            motion[:, 0] = memory.vessel.motion
         motion = predicted(motion, self._delay)
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
@@ -125,3 +129,8 @@ class ScriptedPolicy:
         memory.reference[fresh] = 0.0
         action, memory.reference = self._helm.set_points(command, memory.reference)
         return action.astype(np.float32), memory
+
+
+def unfiltered(params: EnvParams) -> ScriptedPolicy:
+    """Returns the scripted policy without its filters, to find out what they are worth."""
+    return ScriptedPolicy(params, filtered=False)
