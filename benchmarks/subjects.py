@@ -6,8 +6,8 @@ Only public names are used, so that an older version of the package can be timed
 
 import inspect
 import itertools
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium
@@ -29,11 +29,13 @@ class Situation:
     task: str  #: identifier of the environment
     time_limit: float  #: of an episode, s; episodes of many worlds are staggered
     actions: Callable[[Any], list[np.ndarray]]  #: of a simulation, those (W, A, 2) to use in turn
+    others: Mapping[str, Any] = field(default_factory=dict)  #: further options
 
     @property
     def options(self) -> dict[str, Any]:
         """Arguments of the environment's adapters."""
-        return {"time_limit": self.time_limit, "num_boats": NUM_BOATS, "clock": CLOCK}
+        own = {"time_limit": self.time_limit, "num_boats": NUM_BOATS, "clock": CLOCK}
+        return {**own, **self.others}
 
 
 @dataclass

@@ -43,6 +43,7 @@ def run(monkeypatch, capsys):
         ("coefficients", ["--page", FOLDER / "turns.py"], "needs a line '<!-- coefficients -->'"),
         ("convergence", ["--page", FOLDER / "turns.py"], "needs a line '<!-- convergence -->'"),
         ("development", ["--seed", 0], "seed 0 is not for development"),
+        ("sensing_cost", ["--worlds", 0], "worlds = 0"),
         ("own_sensing", ["--seed", 0], "seed 0 is not for development"),
         ("own_sensing", ["--task", "psuh"], "Did you mean 'push'"),
         ("own_sensing", ["--page", FOLDER / "turns.py"], "needs a line '<!-- own sensing -->'"),
