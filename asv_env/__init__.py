@@ -13,16 +13,16 @@ from asv_env.envs.joint import JointEnv
 from asv_env.envs.parallel import AsvParallelEnv, parallel_env
 from asv_env.envs.vector import AsvVectorEnv
 from asv_env.params import EnvParams
-from asv_env.presets import DIFFICULTIES, HULLS, PRESETS, SCENARIOS, make_params
+from asv_env.presets import DIFFICULTIES, HULLS, OBSTACLES, PRESETS, SCENARIOS, make_params
 from asv_env.sensing.observation import FEATURES
 from asv_env.simulation import Simulation
 from asv_env.tasks import TASKS, Task
 from asv_env.types import Sensed, State, TimeStep
 
 __all__ = [
-    "DIFFICULTIES", "FEATURES", "HULLS", "PRESETS", "SCENARIOS", "TASKS", "AsvParallelEnv",
-    "AsvVectorEnv", "EnvParams", "JointEnv", "Sensed", "Simulation", "State", "Task", "TimeStep",
-    "__version__", "make_params", "parallel_env",
+    "DIFFICULTIES", "FEATURES", "HULLS", "OBSTACLES", "PRESETS", "SCENARIOS", "TASKS",
+    "AsvParallelEnv", "AsvVectorEnv", "EnvParams", "JointEnv", "Sensed", "Simulation", "State",
+    "Task", "TimeStep", "__version__", "make_params", "parallel_env",
 ]  # fmt: skip
 
 try:

@@ -13,7 +13,7 @@ import pettingzoo
 import tyro
 
 import asv_env
-from asv_env import DIFFICULTIES, PRESETS, SCENARIOS, TASKS, files
+from asv_env import DIFFICULTIES, OBSTACLES, PRESETS, SCENARIOS, TASKS, files
 from asv_env.checks import choice
 from asv_env.params import ACTION_MODES
 from asv_env.text import one_line
@@ -81,6 +81,7 @@ def report() -> str:
     kinds = {
         "Difficulties": DIFFICULTIES,
         "Scenarios": SCENARIOS,
+        "Obstacles": OBSTACLES,
         "Presets": PRESETS,
         "Action modes": ACTION_MODES,
     }

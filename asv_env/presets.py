@@ -233,7 +233,8 @@ def make_params(
     for name in [name for name in SECTIONS if name not in sections]:
         sections[name] = _merged(scaled(SECTIONS[name](), k), name, layers)
     if k != 1.0:  # Times and the clock's rates are scaled, so delays fall between its ticks.
-        round_delays(sections, {name: _as_mapping(layer, name) for name, layer in given.items()})
+        by_hand = {n: _as_mapping(layer, n) for n, layer in given.items() if n in SECTIONS}
+        round_delays(sections, by_hand)
     features: Any = observation
     given_obstacles = [layer["obstacles"] for layer in layers if "obstacles" in layer]
     sections["obstacles"] = _obstacles(given_obstacles[-1]) if given_obstacles else ()

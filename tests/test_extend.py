@@ -30,6 +30,8 @@ OPTIONS = {
     "scenario": {"scenario": "mine:MURKY"},
     "hull": {"vessel": "mine:LONG"},
     "outline": {"vessel": "mine:HOUSE"},
+    "obstacles": {"obstacles": "mine:ISLAND"},
+    "layout": {"obstacles": "mine:buoys"},
 }
 
 
@@ -52,7 +54,7 @@ def options(name, mine):
 
 
 def test_every_piece_is_short():
-    assert len(PIECES) == 6
+    assert len(PIECES) == 7
     assert all(len(piece.splitlines()) <= 30 for piece in PIECES)
 
 
@@ -106,7 +108,9 @@ def test_it_works_on_the_command_line_and_reaches_workers(mine, capsys):
     assert len(rows) == 2 * 2 * 2
 
 
-@pytest.mark.parametrize("name", [name for name in OPTIONS if name != "hull"])
+@pytest.mark.parametrize(
+    "name", ["reward", "initial states", "task", "observation", "feature", "scenario"]
+)
 def test_it_works_in_training(name, mine):
     given = options(name, mine)
     task, scenario = given.get("task", "push"), given.get("scenario", "nominal")

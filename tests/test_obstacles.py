@@ -13,6 +13,8 @@ from asv_env import Simulation, make_params
 from asv_env.capsules import clearance
 from asv_env.params.obstacle_params import Circle, Polygon, Segment, grouping
 from asv_env.render.layout import outline
+from asv_env.sensing.feature_table import NAMES, table
+from asv_env.sensing.global_state import global_state
 
 LAYOUTS = ("pillars", "channel", "dock")
 BLOCK = [(1.0, -1.0), (2.0, -1.0), (2.0, 1.0), (1.0, 1.0)]
@@ -67,6 +69,31 @@ def test_vessel_that_is_pushed_onto_an_obstacle_is_aground(shape):
     assert world.sim.summary()["collisions"] >= 1
     np.testing.assert_allclose(paid[-1], -0.1)  # of each boat, for a tenth of a second
     np.testing.assert_array_equal(paid[0], 0.0)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Segment((0.07, -0.2), (0.3, -0.3), 0.04),
+        Segment((0.3, -0.3), (0.07, -0.2), 0.04),
+        Segment((0.07, -0.2), (0.07, -0.5), 0.04),
+        Circle((0.07, -0.2), 0.04),
+        Polygon([(0.07, -0.16), (0.3, -0.3), (-0.1, -0.3)]),
+    ],
+    ids=repr,
+)
+def test_vessel_that_meets_the_end_of_an_obstacle_turns_round_it(shape):
+    """The point of the hull that touches (0.07, -0.16) stops, and the hull does not sink in."""
+    world = World(open_water(obstacles=[shape]), bodies((0, 0, 0, 0, -0.1), (5, 5), (6, 6)))
+    while not world.sim.state.aground[0]:
+        world.step()
+    motion, deepest = world.motion[0], gaps(world.params, world.sim.state)[0, 0]
+    assert motion[4] + motion[5] * 0.07 == pytest.approx(0.0, abs=1e-4)
+    assert motion[5] > 0.1
+    for _ in range(20):
+        world.step()
+        deepest = min(deepest, gaps(world.params, world.sim.state)[0, 0])
+    assert deepest > -2e-3
 
 
 def test_walls_are_obstacles_that_come_last():
@@ -235,3 +262,70 @@ def test_initial_states_may_place_obstacles_of_their_own():
         begin_at(simulation, [start], obstacle=-rows)
     begin_at(simulation, [start], obstacle=None)
     np.testing.assert_array_equal(simulation.state.obstacle[0, 0], [1, 1, 1, 1, 0.1])
+
+
+# ------------------------------------------------------------------ observation
+
+
+def seen_at(params, motion):
+    """Columns of the first boat by name, in SI units, of a world that begins with a motion."""
+    simulation = Simulation(params)
+    begin_at(simulation, [motion])
+    return dict(zip(NAMES, table(simulation.sensed, params)[0, 0], strict=True)), simulation
+
+
+def test_nearest_points_are_observed_in_the_frames_of_boat_and_vessel():
+    shapes = [Circle((2.0, 0.0), 0.5), Segment((-1.0, 1.0), (1.0, 1.0), 0.1), Polygon(BLOCK_BELOW)]
+    params = open_water(obstacles=shapes)
+    motion = bodies((0.5, 0.0, np.pi / 2), (0, 0, np.pi), (-3, 3))
+    seen, simulation = seen_at(params, motion)
+    expected = [(0.0, -0.9), (-1.5, 0.0), (0.0, 2.0)]  # ahead is -x, left is -y
+    found = [(seen[f"obstacle_{k}_x"], seen[f"obstacle_{k}_y"]) for k in (1, 2, 3)]
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    of_vessel = [(0.9, 0.0), (0.0, -1.0), (-2.0, 0.0)]  # ahead is +y, left is -x
+    found = [(seen[f"vessel_obstacle_{k}_x"], seen[f"vessel_obstacle_{k}_y"]) for k in (1, 2, 3)]
+    np.testing.assert_allclose(found, of_vessel, atol=1e-12)
+    assert all(seen[f"{kind}_{k}_present"] == 1 for kind in KINDS for k in (1, 2, 3))
+    state = global_state(simulation.state, params)[0]
+    arena = params.task.arena
+    assert np.isclose(state, 0.9 / arena, rtol=1e-5).any()
+    assert state.shape == global_state(*empty_water()).shape[1:]
+
+
+TINY_HULL = np.array([[0, 0], [1e-9, 0], [0, 1e-9]])
+BLOCK_BELOW = [(-1.0, -2.0), (1.0, -2.0), (1.0, -3.0), (-1.0, -3.0)]
+KINDS = ("obstacle", "vessel_obstacle")
+
+
+def empty_water():
+    params = open_water()
+    simulation = Simulation(params)
+    simulation.reset(seeds=[0])
+    return simulation.state, params
+
+
+def test_there_are_no_nearest_points_in_open_water_and_walls_count():
+    motion = bodies((0.0, 0.0, 0.0), (-0.5, 0, 0.0), (0.5, 0))
+    seen, _ = seen_at(open_water(), motion)
+    assert not any(value for name, value in seen.items() if "obstacle" in name)
+    seen, _ = seen_at(open_water(water={"walls": 80.0}, goal=(70.0, 70.0, 0.0)), motion)
+    assert seen["obstacle_1_x"] == pytest.approx(-79.5)
+    seen, _ = seen_at(open_water(obstacles=[Circle((2.0, 0.0), 0.5)]), motion)
+    assert seen["obstacle_1_x"] == pytest.approx(2.0)
+    assert seen["obstacle_1_present"] == 1
+    assert seen["obstacle_2_present"] == 0
+
+
+@settings(max_examples=20)
+@given(seed=st.integers(0, 1000))
+def test_nearest_point_of_a_boat_is_on_the_nearest_obstacle(seed):
+    params = make_params(obstacles="channel", water={"walls": 2.9})
+    simulation = Simulation(params)
+    simulation.reset(seeds=[seed])
+    state, (groups, _) = simulation.state, grouping(params)
+    columns = dict(zip(NAMES, np.moveaxis(table(simulation.sensed, params)[0], -1, 0), strict=True))
+    x, y = columns["obstacle_1_x"], columns["obstacle_1_y"]
+    point = np.ascontiguousarray(state.motion[0, 1:, :2])
+    for boat, place in enumerate(point):
+        near = clearance(state.obstacle[0], groups, place + TINY_HULL)
+        assert np.hypot(x[boat], y[boat]) == pytest.approx(near, abs=1e-6)

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from asv_env import DIFFICULTIES, FEATURES, HULLS, SCENARIOS, TASKS, make_params
+from asv_env import DIFFICULTIES, FEATURES, HULLS, OBSTACLES, SCENARIOS, TASKS, make_params
 from asv_env.registry import LoadError, Registry, WrongKindError, load
 
-REGISTRIES = (TASKS, SCENARIOS, HULLS, FEATURES, DIFFICULTIES)
+REGISTRIES = (TASKS, SCENARIOS, HULLS, FEATURES, DIFFICULTIES, OBSTACLES)
 
 
 @pytest.fixture

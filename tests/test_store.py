@@ -179,6 +179,6 @@ def test_the_provenance_is_text(good):
         found = dict(base.execute("SELECT * FROM provenance"))
     assert {name: json.loads(value) for name, value in found.items()} == {
         **PROVENANCE,
-        "layout": 4,
+        "layout": 5,
         "policy mine": ["scripted"],
     }

@@ -9,12 +9,14 @@ from asv_env.params.hull_params import (
     HullParams,
     VesselParams,
 )
+from asv_env.params.obstacle_params import Circle, Polygon, Segment
 from asv_env.params.surroundings import ClockParams, SensorParams, VariationParams, WaterParams
 from asv_env.params.task_params import GOAL_ANCHORS, SIDES, RewardParams, TaskParams
 
 __all__ = [
     "ACTION_MODES", "GOAL_ANCHORS", "NOMINAL_LENGTH", "SIDES", "SMALLEST_CAGE",
     "THRUST_LAWS", "TINY",
-    "BoatParams", "ClockParams", "EnvParams", "HullParams", "RewardParams", "SensorParams",
-    "TaskParams", "VariationParams", "VesselParams", "WaterParams", "pitches",
+    "BoatParams", "Circle", "ClockParams", "EnvParams", "HullParams", "Polygon", "RewardParams",
+    "Segment", "SensorParams", "TaskParams", "VariationParams", "VesselParams",
+    "WaterParams", "pitches",
 ]  # fmt: skip

@@ -24,7 +24,7 @@ CELLS_PER_BODY = 10  #: size of the spatial hash table; it orders the contacts
 ITERATIONS = 30  #: of the contact solver in a step, see benchmarks/convergence.py
 SLOP = 1e-4  #: depth to which hulls may overlap, m at scale 1
 BIAS = 0.9**60  #: share of a deeper overlap that is left after a second at scale 1: Chipmunk's
-SHORTEST = 1e-6  #: length of a round obstacle, m at scale 1: a segment of none has no normal
+SHORTEST = 1e-6  #: length of a round obstacle, m at scale 1: an edge of none has no normal
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,7 @@ class Basin:
             kernel.read(self.wires, self.bodies, world)
         self.bodies.touching[...] = True  # ``clear`` shall forget these contacts.
 
-    def _make_world(
-        self, rows: int
-    ) -> tuple[pymunk.Space, list[pymunk.Body], list[pymunk.Segment]]:
+    def _make_world(self, rows: int) -> tuple[pymunk.Space, list[pymunk.Body], list[pymunk.Poly]]:
         """Returns a Space with the bodies of one world at its origin, these, and its obstacles.
 
         So many obstacles are far away until they are placed.
@@ -117,7 +115,8 @@ class Basin:
         space.collision_persistence = 1
         away = 2 * self._params.task.arena + self._hulls[0].length * (10 + len(self._hulls))
         obstacles = [
-            pymunk.Segment(space.static_body, (away, away), (away + SHORTEST, away), 0.0)
+            # A Segment that is moved gets a wrong normal, and with it wrong points of contact.
+            pymunk.Poly(space.static_body, [(away, away), (away + SHORTEST, away)])
             for _ in range(rows)
         ]
         space.add(*obstacles)
@@ -204,7 +203,7 @@ class Basin:
         ):
             if ax == bx and ay == by:
                 bx += shortest
-            obstacle.unsafe_set_endpoints((ax, ay), (bx, by))
+            obstacle.unsafe_set_vertices([(ax, ay), (bx, by)])
             obstacle.unsafe_set_radius(radius)
         self._spaces[world].reindex_static()
 

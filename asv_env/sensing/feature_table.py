@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike
 from asv_env.compiled import allocating, compiled
 from asv_env.memo import by_identity
 from asv_env.params import EnvParams
+from asv_env.params.obstacle_params import grouping
 from asv_env.polygons import complex_corners, to_outline
+from asv_env.sensing.nearest_obstacles import OBSTACLES, OF_OBSTACLE, put_obstacles
 from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
 from asv_env.types import Bool, Complex, Float, Int, Observation, Sensed, given
 
@@ -33,6 +35,10 @@ NAMES = (
     "vessel_seen",
     # The nearest boats in sight, near to far, in the boat's frame; zeros where there are no more.
     *(f"neighbour_{k + 1}_{name}" for k in range(NEIGHBOURS) for name in OF_NEIGHBOUR),
+    # The nearest points of the nearest obstacles to the boat, in its frame, and to the vessel, in
+    # its own; likewise.
+    *(f"obstacle_{k + 1}_{name}" for k in range(OBSTACLES) for name in OF_OBSTACLE),
+    *(f"vessel_obstacle_{k + 1}_{name}" for k in range(OBSTACLES) for name in OF_OBSTACLE),
 )  #: names of the columns
 WIDTH = len(NAMES)  #: number of columns
 OWN_VELOCITY, SLOT, SLOT_ALIGNMENT, HULL, OWN_POSITION = range(0, 10, 2)
@@ -41,6 +47,8 @@ OWN_YAW_RATE, VESSEL_YAW_RATE, TOUCHES_VESSEL, TOUCHES_OTHER, THRUSTERS_WORK = r
 SLOTS_OCCUPIED, CLOSURE, TURN_TO_GOAL = range(23, 26)
 INVERSE_TEAM_SIZE, INVERSE_LENGTH, VESSEL_SEEN = range(26, 29)
 FIRST_NEIGHBOUR = 29
+FIRST_OBSTACLE = FIRST_NEIGHBOUR + NEIGHBOURS * len(OF_NEIGHBOUR)
+FIRST_OF_VESSEL = FIRST_OBSTACLE + OBSTACLES * len(OF_OBSTACLE)
 """Places of the columns; a vector has two."""
 
 
@@ -56,6 +64,8 @@ class Known(NamedTuple):
     closed: Bool  #: (W,)
     touching: Bool  #: (W, A, 2)
     seen: Bool  #: (W, B)
+    obstacle: Float  #: (W, M, 5)
+    groups: Int  #: (G + 1,) first rows of the obstacles, see ``asv_env.capsules``
 
 
 class Hull(NamedTuple):
@@ -71,7 +81,7 @@ def hull(params: EnvParams) -> Hull:
     return Hull(complex_corners(params.vessel.corners), 1.0 / params.vessel.size)
 
 
-def known(sensed: Sensed) -> Known:
+def known(sensed: Sensed, params: EnvParams) -> Known:
     """Returns what the columns are computed from."""
     return Known(
         given(sensed.estimate),
@@ -83,6 +93,8 @@ def known(sensed: Sensed) -> Known:
         given(sensed.closed, np.bool_),
         given(sensed.touching, np.bool_),
         given(sensed.seen, np.bool_),
+        given(sensed.obstacle),
+        grouping(params).groups,
     )
 
 
@@ -227,22 +239,34 @@ def put_boats(
     plan: Plan,
     near: Int,
     square: Float,
+    gap: Float,
+    point: Complex,
     row: Float,
     out: Observation,
 ) -> None:
     """Writes the observations (A, K) of some boats by what is known in the row ``view``.
 
-    They are the boats from ``first`` to before ``last``; ``near``, ``square`` and ``row`` are
+    They are the boats from ``first`` to before ``last``; what is between ``plan`` and ``out`` is
     memory.
     """
     neighbours, vessel = near.size > 0, direction_of(known.estimate[view, 0, 2])
+    obstacles, rows = len(known.groups) > 1, known.obstacle[view]
     put_shared(known, view, vessel, hull.inverse_length, row)
+    if obstacles:
+        x, y = known.estimate[view, 0, 0], known.estimate[view, 0, 1]
+        columns = row[FIRST_OF_VESSEL:]
+        put_obstacles(rows, known.groups, x, y, vessel.conjugate(), gap, point, columns)
     for boat in range(first, last):
         heading = direction_of(known.estimate[view, boat + 1, 2])
         put_own(known, view, boat, heading, vessel, hull.outline, row)
         if neighbours:
             motion, seen = known.estimate[view], known.seen[view]
-            put_neighbours(motion, seen, boat, heading, near, square, row)
+            columns = row[:FIRST_OBSTACLE]
+            put_neighbours(motion, seen, boat, heading, near, square, columns)
+        if obstacles:
+            x, y = known.estimate[view, boat + 1, 0], known.estimate[view, boat + 1, 1]
+            columns = row[FIRST_OBSTACLE:FIRST_OF_VESSEL]
+            put_obstacles(rows, known.groups, x, y, heading.conjugate(), gap, point, columns)
         for k in range(len(plan.source)):
             value, bound = row[plan.source[k]] * plan.factor[k], plan.bound[k]
             out[boat, plan.target[k]] = min(max(value, -bound), bound)
@@ -274,21 +298,23 @@ def fill(
     neighbours = len(plan.source) > 0 and plan.source.max() >= FIRST_NEIGHBOUR
     count = NEIGHBOURS if neighbours else 0
     near, square, row = np.zeros(count, np.int64), np.zeros(count), np.zeros(WIDTH)
-    team = known.slot.shape[1]
+    gap, point = np.zeros(OBSTACLES), np.zeros(OBSTACLES, np.complex128)
+    memory, team = (near, square, gap, point, row), known.slot.shape[1]
     for place in range(first, last):
         world, seen = worlds[place], out[place]
         if not own:
-            put_boats(known, world, 0, team, hull, plan, near, square, row, seen)
+            put_boats(known, world, 0, team, hull, plan, *memory, seen)
             continue
         for boat in range(team):
             view, last_boat = world * team + boat, boat + 1
-            put_boats(known, view, boat, last_boat, hull, plan, near, square, row, seen)
+            put_boats(known, view, boat, last_boat, hull, plan, *memory, seen)
 
 
-def table(sensed: Sensed, hull: Hull) -> Float:
-    """Returns all columns (W, A, n) of what is sensed, for this vessel."""
+def table(sensed: Sensed, params: EnvParams) -> Float:
+    """Returns all columns (W, A, n) of what is sensed."""
     columns = np.zeros((*sensed.slot.shape, WIDTH))
     everything = plan(range(WIDTH), range(WIDTH), np.ones(WIDTH), np.full(WIDTH, np.inf))
     worlds = given(np.arange(len(columns)), np.int64)
-    fill(0, len(columns), worlds, known(sensed), False, hull, everything, columns)
+    seen, vessel = known(sensed, params), hull(params)
+    fill(0, len(columns), worlds, seen, False, vessel, everything, columns)
     return columns

@@ -12,12 +12,15 @@ import numpy as np
 
 from asv_env.geometry import direction, xy
 from asv_env.params import EnvParams
+from asv_env.params.obstacle_params import grouping
+from asv_env.sensing.nearest_obstacles import OBSTACLES, OF_OBSTACLE, fill_obstacles
 from asv_env.tasks.termination import delivery_ticks, hold_ticks
-from asv_env.types import Bool, Float, Observation, State
+from asv_env.types import Bool, Float, Observation, State, given
 
 REACH = 1.5  #: bound of positions, arena half-widths: hulls may hang over the arena's edge
 FASTEST = 4.0  #: bound of velocities, full tracking actions
 POSE_BOUND = (REACH, REACH, 1.0, 1.0)
+FLAGS = (1.0,) * 6
 MOTION_BOUND = (*POSE_BOUND, FASTEST, FASTEST, FASTEST)
 
 
@@ -47,7 +50,7 @@ def _motion(motion: Float, params: EnvParams) -> Float:
 def _task(state: State, params: EnvParams) -> Float:
     occupied = state.occupied_ticks / hold_ticks(params)
     delivered = state.delivered_ticks / delivery_ticks(params)
-    flags = [state.side, state.closed, state.anchored, occupied, delivered]
+    flags = [state.side, state.closed, state.aground, state.anchored, occupied, delivered]
     return np.stack(flags, axis=-1)[:, None]
 
 
@@ -55,10 +58,22 @@ def _thrust(state: State, params: EnvParams) -> Float:
     return state.thrust / (params.boat.thrust * params.variation.largest_thrust)
 
 
+def _obstacles(state: State, params: EnvParams) -> Float:
+    """Returns the nearest obstacles (W, 1, n) to the vessels, in their frames."""
+    found = np.zeros((len(state.goal), len(OF_OBSTACLE) * OBSTACLES))
+    known = given(state.obstacle), grouping(params).groups
+    fill_obstacles(*known, given(state.motion[:, 0]), found)
+    arena = params.task.arena
+    scaled: Float = found / np.tile((arena, arena, 1.0), OBSTACLES)
+    return scaled[:, None]
+
+
 PARTS = (
     Part("motion of the vessel", MOTION_BOUND, lambda s, p: _motion(s.motion[:, :1], p)),
     Part("goal", POSE_BOUND, lambda s, p: np.stack(_pose(s.goal[:, None], p), axis=-1)),
-    Part("side, closure, goal final, fractions of hold and delivery time", (1.0,) * 5, _task),
+    Part("side, closure, aground, goal final, fractions of hold and delivery time", FLAGS, _task),
+    # The nearest points of the nearest obstacles in the vessel's frame, each with a flag.
+    Part("obstacles", (2 * REACH, 2 * REACH, 1.0) * OBSTACLES, _obstacles),
     Part("motion of the boats", MOTION_BOUND, lambda s, p: _motion(s.motion[:, 1:], p), True),
     # In the vessel's frame; the slot of a failed boat may lie anywhere in the arena.
     Part("slots", (2 * REACH, 2 * REACH), lambda s, p: xy(s.slot / p.task.arena), True),

@@ -21,6 +21,8 @@ from asv_env.registry import Registry
 from asv_env.sensing import feature_table
 from asv_env.sensing.feature_table import (
     FIRST_NEIGHBOUR,
+    FIRST_OBSTACLE,
+    FIRST_OF_VESSEL,
     NEIGHBOURS,
     Columns,
     Plan,
@@ -29,6 +31,7 @@ from asv_env.sensing.feature_table import (
     known,
     plan,
 )
+from asv_env.sensing.nearest_obstacles import OBSTACLES
 from asv_env.sensing.view import View
 from asv_env.threads import spread
 from asv_env.types import Float, Int, Observation, Sensed, given, rows
@@ -52,7 +55,9 @@ Scale = float | str  #: divisor of a column: a number, or one of these names
 Value = Callable[[View], np.ndarray]
 """Function from a view to (W, A) or (W, 1): real for one column, complex x + iy for two; or to
 (W, A, n) for n columns."""
-NAMES_OF_NEIGHBOURS = feature_table.NAMES[FIRST_NEIGHBOUR:]
+NAMES_OF_NEIGHBOURS = feature_table.NAMES[FIRST_NEIGHBOUR:FIRST_OBSTACLE]
+NAMES_OF_OBSTACLES = feature_table.NAMES[FIRST_OBSTACLE:FIRST_OF_VESSEL]
+NAMES_OF_VESSEL_OBSTACLES = feature_table.NAMES[FIRST_OF_VESSEL:]
 Features = tuple["Feature", ...]
 Forms = dict[tuple[int, ...], str]  #: shapes that values may have, with the kinds of their numbers
 
@@ -117,6 +122,12 @@ def _vector(name: str) -> Columns:
     return Columns((f"{name}_x", f"{name}_y"))
 
 
+def _nearest(name: str, columns: tuple[str, ...]) -> Feature:
+    """Returns a feature of the nearest obstacles."""
+    scale, bound = (LENGTH, LENGTH, 1.0) * OBSTACLES, (FAR, FAR, 1.0) * OBSTACLES
+    return Feature(name, Columns(columns), scale, bound, columns)
+
+
 DEFAULT = (
     # Vectors in the boat's frame, or relative to the slot.
     vector("own_velocity", SPEED, FAST, _vector("own_velocity")),
@@ -154,6 +165,8 @@ DEFAULT = (
         (FAR, FAR, FAST, FAST, 1.0) * NEIGHBOURS,
         NAMES_OF_NEIGHBOURS,
     ),
+    _nearest("obstacles", NAMES_OF_OBSTACLES),
+    _nearest("vessel_obstacles", NAMES_OF_VESSEL_OBSTACLES),
 )  #: features that are observed by default
 FEATURES: Registry[Feature] = Registry(
     "feature", {one.name: one for one in DEFAULT}, lambda thing: isinstance(thing, Feature)
@@ -228,7 +241,7 @@ def observe(
     count = views // team if own else views
     chosen = given(np.arange(count) if worlds is None else worlds, np.int64)
     observed = np.empty((len(chosen), team, layout.width), dtype=np.float32)
-    seen, vessel = known(sensed), hull(params)
+    seen, vessel = known(sensed, params), hull(params)
 
     def run(first: int, last: int, thread: int) -> None:
         fill(first, last, chosen, seen, own, vessel, layout.plan, observed)

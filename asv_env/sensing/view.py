@@ -15,12 +15,12 @@ class View:
 
     def __init__(self, sensed: Sensed, params: EnvParams) -> None:
         self.sensed = sensed  #: what the boats know
-        self._hull = hull(params)
+        self._params = params
 
     @cached_property
     def columns(self) -> Float:
         """Columns (W, A, n) of the built-in features, see ``feature_table``."""
-        return table(self.sensed, self._hull)
+        return table(self.sensed, self._params)
 
     @cached_property
     def relations(self) -> Relations:
@@ -58,4 +58,4 @@ class View:
     @cached_property
     def inverse_length(self) -> Float:
         """One over the vessel's size (1, 1), 1/m."""
-        return np.full((1, 1), self._hull.inverse_length)
+        return np.full((1, 1), hull(self._params).inverse_length)

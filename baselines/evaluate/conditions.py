@@ -134,4 +134,6 @@ def _rounded(value: Any) -> Any:
         return _rounded(value.tolist())
     if isinstance(value, list | tuple):
         return [_rounded(item) for item in value]
+    if callable(value):  # a layout of obstacles, whose code ``provenance`` covers
+        return str(getattr(value, "__qualname__", type(value).__qualname__))
     return f"{value:.9g}" if isinstance(value, float) else value

@@ -73,7 +73,8 @@ class Request:
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
         """Suite, code and libraries that made the episodes, by name."""
-        records = [(c.params.definition, c.params.observation) for c in self.suite.conditions]
+        every = [condition.params for condition in self.suite.conditions]
+        records = [(each.definition, each.observation, each.obstacles) for each in every]
         own = {fingerprint(*identify(function)) for function in own_functions(records)}
         return {
             "suite": self.suite.name,
@@ -81,7 +82,11 @@ class Request:
             "set of episodes": self.suite.digest(),
             "state of the code": provenance.code(),
             "set of libraries": provenance.versions(LIBRARIES),
-            **({"definition of the task or the observation": sorted(own)} if own else {}),
+            **(
+                {"definition of the task, the observation or the obstacles": sorted(own)}
+                if own
+                else {}
+            ),
         }
 
     def runs(self) -> Iterator[tuple[RunKey, Condition]]:

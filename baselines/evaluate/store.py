@@ -26,7 +26,7 @@ from baselines.rollout.lock import lock
 
 NAME = "episodes.sqlite"  #: file name of the database
 POLICY = "policy "  #: prefix of a policy's name in the provenance
-LAYOUT = 4  #: version of the database's layout: a new one wherever an old database would be misread
+LAYOUT = 5  #: version of the database's layout: a new one wherever an old database would be misread
 UNITS = (1e-3, 1e-3, 1e-4)  #: resolution of stored poses: m, m, rad
 TABLES = """
 CREATE TABLE IF NOT EXISTS provenance (name TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -215,19 +215,25 @@ def _errors_named(path: Path) -> Iterator[None]:
 
 
 def packed(log: PoseLog) -> bytes:
-    """Returns goal, times of failure, and poses as compressed differences of whole ``UNITS``."""
+    """Returns goal, times of failure, obstacles and poses as bytes.
+
+    Poses are compressed differences of whole ``UNITS``.
+    """
     whole = np.round(log.poses / UNITS).astype(np.int64)
     steps = np.diff(whole, axis=0, prepend=0)
     steps[1:, :, 2] = (steps[1:, :, 2] + 31416) % 62832 - 31416
-    head = np.array([*log.goal, *log.failed_at], dtype="<f8").tobytes()
+    numbers = [*log.goal, *log.failed_at, len(log.obstacle), *log.obstacle.ravel()]
+    head = np.array(numbers, dtype="<f8").tobytes()
     return head + zlib.compress(steps.astype("<i2").tobytes(), 9)
 
 
 def unpacked(episode: Episode, blob: bytes) -> PoseLog:
     """Returns the log that was ``packed``."""
     team = episode.num_boats
-    head = np.frombuffer(blob, "<f8", 3 + team)
-    steps = np.frombuffer(zlib.decompress(blob[head.nbytes :]), "<i2").reshape(-1, 1 + team, 3)
+    *head, count = np.frombuffer(blob, "<f8", 4 + team)
+    rows = np.frombuffer(blob, "<f8", 5 * int(count), 8 * (4 + team)).reshape(-1, 5)
+    packed_poses = blob[8 * (4 + team) + rows.nbytes :]
+    steps = np.frombuffer(zlib.decompress(packed_poses), "<i2").reshape(-1, 1 + team, 3)
     poses: Float = np.cumsum(steps, axis=0, dtype=np.int64) * np.array(UNITS)
     poses[..., 2] = wrap(poses[..., 2])
-    return PoseLog(episode, poses, head[:3].copy(), head[3:].copy())
+    return PoseLog(episode, poses, np.array(head[:3]), np.array(head[3:]), rows.copy())

@@ -77,6 +77,7 @@ class Trajectory:
     motion: Float  #: (T + 1, B, 6) true x, y m, heading rad, vx, vy m/s, yaw rate rad/s
     working: Bool  #: (T + 1, A) whether a boat's thrusters work
     goal: Float  #: (T + 1, 3) m, m, rad
+    obstacle: Float  #: (M, 5) obstacles, as in ``asv_env.types.State``
     terminated: bool  #: whether success or straying ended the episode, not the time limit
 
 
@@ -88,6 +89,7 @@ class PoseLog:
     poses: Float  #: (T, B, 3) x m, y m, heading rad, the vessel first
     goal: Float  #: (3,) pose, m, m, rad
     failed_at: Float  #: (A,) time at which a boat's thrusters died, s; inf never
+    obstacle: Float  #: (M, 5) obstacles, as in ``asv_env.types.State``
     trajectory: Trajectory | None = None  #: all steps, where they are recorded
 
 

@@ -94,9 +94,11 @@ class _Recorder:
             self._keep(after, tick.step.observation)
             arrays = {name: np.array(values) for name, values in self._steps.items()}
             arrays["action"] = np.clip(arrays["action"], -1.0, 1.0)
+            arrays["obstacle"] = after.obstacle[world].copy()
             terminated = bool(tick.step.ending.terminated[world])
             trajectory = Trajectory(**arrays, terminated=terminated)
-        return PoseLog(row, np.array(self._poses), goal, self._failed_at, trajectory)
+        obstacle = after.obstacle[world].copy()
+        return PoseLog(row, np.array(self._poses), goal, self._failed_at, obstacle, trajectory)
 
     def _keep(self, state: State, observation: Observation, **step: Float) -> None:
         truth = {name: getattr(state, name) for name in ("motion", "working", "goal")}

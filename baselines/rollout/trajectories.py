@@ -145,9 +145,10 @@ def _check(file: Path, arrays: Mapping[str, Any]) -> None:
             "motion": (steps + 1, 1 + boats, 6),
             "working": (steps + 1, boats),
             "goal": (steps + 1, 3),
+            "obstacle": (len(arrays["obstacle"]), 5),
             "terminated": (),
         }
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, TypeError):
         fits = False
     kinds = {name: "b" if name in ("working", "terminated") else "f" for name in arrays}
     if not fits or any(array.dtype.kind != kinds[name] for name, array in arrays.items()):

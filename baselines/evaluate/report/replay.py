@@ -9,11 +9,14 @@ import math
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from asv_env.capsules import POLYGON
 from asv_env.params import EnvParams
+from asv_env.params.obstacle_params import grouping
 from asv_env.polygons import roomiest
 from asv_env.render import colours as scene
 from asv_env.types import Float
@@ -29,7 +32,7 @@ UNITS = (1e-3, 1e-3, 1e-3)  #: resolution of the poses: m, m, rad
 TRIVIAL = (["random"], ["idle"])  #: fingerprints of policies that are expected to fail
 SHADES = (
     *("water_top", "water_bottom", "shadow", "deck", "keel", "edge", "white"),
-    *("ink", "good", "failed", "mark", "quay"),
+    *("ink", "good", "failed", "mark", "quay", "stone", "stone_edge"),
 )
 """Names of the scene's colours that the page uses."""
 
@@ -164,9 +167,21 @@ def take(params: EnvParams, log: PoseLog) -> dict[str, Any]:
         "closure": row.time_to_closure,
         "goal": [round(x, 4) for x in log.goal.tolist()] if has_goal else None,
         "failures": [time if math.isfinite(time) else None for time in log.failed_at.tolist()],
+        "obstacles": obstacles(params, log.obstacle),
         "frames": len(poses),
         "poses": pack(poses),
     }
+
+
+def obstacles(params: EnvParams, rows: Float) -> list[list[list[float]]]:
+    """Returns what is drawn of obstacles (M, 5), all but the walls.
+
+    A polygon is the list of its corners (x, y), any other a list of one row.
+    """
+    groups, walls = grouping(params)
+    found = [rows[a:b] for a, b in pairwise(groups[: len(groups) - walls].tolist())]
+    shown = [each[:, :2] if len(each) >= POLYGON else each for each in found]
+    return [np.round(each, 4).tolist() for each in shown]
 
 
 def thinned(params: EnvParams, poses: Float) -> Float:

@@ -5,7 +5,12 @@ const camera = (() => {
 
   const reach = (outline) => Math.max(...outline.map(([x, y]) => Math.hypot(x, y)));
 
-  /** The box of all that moves in some films: west, east, south, north, m. */
+  /** Points [x, y, radius] of an obstacle. */
+  const points = (rows) => rows.flatMap(([ax, ay, bx = ax, by = ay, radius = 0]) =>
+    [[ax, ay, radius], [bx, by, radius]]);
+
+  /** The box of all that moves in some films, widened a bit by obstacles: west, east, south, north,
+      m. */
   function bounds(films) {
     let [west, east, south, north] = [Infinity, -Infinity, Infinity, -Infinity];
     const include = (x, y, room) => {
@@ -20,6 +25,13 @@ const camera = (() => {
         for (let k = row; k < row + frames; k += 1) include(values[k], values[k + frames], room);
       }
       if (goal) include(goal[0], goal[1], reach(condition.vessel) + MARGIN);
+    }
+    const room = Math.max(0, ...films.map(({ condition }) => 2 * reach(condition.vessel)));
+    const within = (value, low, high) => Math.min(Math.max(value, low - room), high + room);
+    const box = [west, east, south, north];
+    for (const [x, y, radius] of films.flatMap(({ take }) => take.obstacles.flatMap(points))) {
+      const [clipped, high] = [within(x, box[0], box[1]), within(y, box[2], box[3])];
+      include(clipped, high, clipped === x && high === y ? radius : 0);
     }
     return [west, east, south, north];
   }

@@ -80,5 +80,28 @@ const hulls = ((palette) => {
     stroke(pen, palette.mark, Math.max(1.5 * px, 0.28 * size));
   }
 
-  return { drawVessel, drawGoal, outlineGoal, drawBoat };
+  /** Stones: polygons are lists of corners, others one row with both ends and the radius. */
+  function drawObstacles(pen, obstacles, px) {
+    const shape = (rows) => {
+      if (rows.length > 1) {
+        line(pen, rows);
+      } else {
+        const [[ax, ay, bx, by, radius]] = rows;
+        const turn = Math.atan2(by - ay, bx - ax);
+        pen.beginPath();
+        pen.arc(bx, by, radius, turn - Math.PI / 2, turn + Math.PI / 2);
+        pen.arc(ax, ay, radius, turn + Math.PI / 2, turn + 1.5 * Math.PI);
+      }
+      pen.closePath();
+    };
+    const all = (drawing) => obstacles.forEach((rows) => { shape(rows); drawing(); });
+    pen.save();
+    pen.translate(1.5 * px, -2.2 * px);
+    all(() => fill(pen, palette.shadow));
+    pen.restore();
+    all(() => stroke(pen, palette.stone_edge, 3 * px));
+    all(() => fill(pen, palette.stone)); // Obstacles that overlap are one to the eye.
+  }
+
+  return { drawVessel, drawGoal, outlineGoal, drawBoat, drawObstacles };
 })(world.palette);

@@ -60,6 +60,7 @@ const stage = ((palette) => {
       pen.rect(-condition.walls, -condition.walls, 2 * condition.walls, 2 * condition.walls);
       stroke(pen, palette.quay, 4 * px);
     }
+    hulls.drawObstacles(pen, film.take.obstacles, px);
     const goal = goalOf(film, time);
     if (goal) hulls.drawGoal(pen, condition, goal);
     drawTrail(pen, film, time, px);
