@@ -58,6 +58,7 @@ SCENARIOS: Registry[Overrides] = Registry(
         "gyre": {"water": GYRE},
         "gusts": {"water": {"gust_speed": 0.01}},
         "mismatch": {"variation": MISMATCH},
+        "unlike": {"variation": {"thrust": 0.2, "boat_size": 0.15}},
         "load": {"variation": {"load": (1.0, 2.0)}},
         "failure": {"variation": {"failures": 1}},
         "failure-in-push": {"variation": {**IN_PUSH, "failures": 1}},

@@ -109,6 +109,7 @@ class Simulation:
             obstacle=np.zeros((worlds, int(grouping(self.params).groups[-1]), 5)),
             contact_force=np.zeros((worlds, team)),
             gust=np.zeros((worlds, 2)),
+            boat_size=np.ones((worlds, team)),
             aground=none,
             occupied_ticks=np.zeros(worlds, dtype=np.int64),
             delivered_ticks=np.zeros(worlds, dtype=np.int64),
@@ -213,7 +214,7 @@ class Simulation:
         state.touching[world] = False
         state.contact_force[world] = 0.0
         state.aground[world] = False
-        state.obstacle[world] = start.obstacle
+        state.obstacle[world], state.boat_size[world] = start.obstacle, start.boat_size
         state.side[world] = start.side
         anchored = self.params.task.goal_anchor == "world"
         state.anchored[world] = anchored or self._task.starts_grasped

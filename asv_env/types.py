@@ -106,6 +106,7 @@ class State(Situation):
     #: (W, A) mean size of the force between boat and vessel since the last tick, N
     contact_force: Float
     gust: Float  #: (W, 2) velocity that gusts add to the current, m/s
+    boat_size: Float  #: (W, A) factor on the lengths of each boat
     occupied_ticks: Int  #: (W,) control ticks for which every slot was occupied without a break
     delivered_ticks: Int  #: (W,) control ticks for which the vessel was at its goal without a break
 
@@ -142,6 +143,7 @@ class InitialState:
     #: (A,) control tick at which the boat's thrusters fail, from the beginning of the episode or
     #: from closure on (see ``VariationParams.failure_clock``); -1 never
     failure_tick: Int
+    boat_size: Float | None = None  #: (A,) factor on the lengths of each boat; None takes 1
     #: (M, 5) obstacles, the walls last, as in ``State``; None takes those of the parameters
     obstacle: Float | None = None
 

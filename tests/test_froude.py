@@ -17,7 +17,7 @@ from baselines.scripted import ScriptedPolicy
 
 DIMENSIONLESS = {
     *("inertia", "astern", "thrust_law", "drag", "current", "current_heading", "contact_friction"),
-    *("gyre_phase", "load", "failure_clock", "goal_bearing", "goal_turn"),
+    *("gyre_phase", "load", "boat_size", "failure_clock", "goal_bearing", "goal_turn"),
     *("shelter", "heading_noise", "shared", "dropout", "acceleration", "vessel_acceleration"),
     *(
         "thrust",

@@ -102,16 +102,17 @@ class EnvParams:
 
     def _check_team(self) -> None:
         """Refuses a team that does not fit the vessel, and failures of all boats."""
-        if self.pitch < self.boat.width:
+        widest = self.boat.width * (1.0 + self.variation.boat_size)
+        if self.pitch < widest:
             longer = (
                 "a longer vessel, or leave its length out and it grows with the team"
                 if self.vessel.outline is None
                 else "a larger outline, or a named hull, which grows with the team"
             )
             raise ValueError(
-                f"{self.num_boats} boats of width {self.boat.width:g} m do not fit along a "
+                f"{self.num_boats} boats of width {widest:g} m do not fit along a "
                 f"vessel of length {self.vessel.length:g} m: they need a pitch of at least "
-                f"{self.boat.width:g} m and have {self.pitch:.3g} m; use fewer boats, {longer}"
+                f"{widest:g} m and have {self.pitch:.3g} m; use fewer boats, {longer}"
             )
         if self.variation.failures >= self.num_boats:
             raise ValueError(
@@ -143,7 +144,14 @@ class EnvParams:
                     f"{name}: {size:g} m are more than {MOST_LENGTHS[kind]:g} times "
                     f"vessel.length = {vessel.length:g} m; make them smaller or the vessel longer"
                 )
-        force = 2 * boat.thrust * vary.largest_thrust / (1 - vary.mass) / self.clock.control**2
+        force = (
+            2
+            * boat.thrust
+            * vary.largest_thrust
+            / (1 - vary.mass)
+            / (1 - vary.boat_size) ** 5
+            / self.clock.control**2
+        )
         leap, turn = force / boat.masses[0], force * boat.lever_arm / boat.total_inertia
         if leap > LEAP * task.arena or turn > SPIN:
             raise ValueError(

@@ -20,6 +20,7 @@ from asv_env.params.ranges import (
     Noise,
     Rate,
     Share,
+    SizeSpread,
     Speed,
     Spread,
     Switch,
@@ -151,6 +152,8 @@ class VariationParams:
     thrust_bias: Bias = 0.0
     drag: Spread = 0.0  #: largest relative difference of each hull's drag
     mass: Spread = 0.0  #: largest relative difference of each hull's mass
+    #: largest relative difference of each boat's lengths; its motors stay
+    boat_size: SizeSpread = 0.0
     lag: Lags | None = None  #: (smallest, largest), s; None keeps the boat's
     friction: Frictions | None = None  #: (smallest, largest); None: the water's
     #: time after which a command reaches the thrusters, s, a whole number of control ticks

@@ -34,6 +34,7 @@ class BasinSnapshot:
     #: (W, B, 9) pose and velocity as the next step finds them, mass, inertia, friction
     bodies: Float
     motion: Float  #: (W, B, 6) motion after the last step
+    size: Float  #: (W, A) factors on the lengths of the boats
     direction: Float  #: (W, B, 2) cosine and sine of the headings then
     contacts: list[memory.Contacts]  #: of each world, in the last step
     obstacles: Float  #: (W, M, 5) rows of ``asv_env.capsules``
@@ -64,6 +65,11 @@ class Basin:
         made = [self._make_world(rows) for _ in range(num_worlds)]
         self._spaces = [space for space, _, _ in made]
         self._bodies = [bodies for _, bodies, _ in made]
+        #: (W, A) factors on the lengths of the boats
+        self._size = np.ones((num_worlds, team))
+        (shape,) = self._bodies[0][1].shapes
+        #: corners of a boat in Chipmunk's order
+        self._boat = shape.get_vertices()
         self._obstacles = [obstacles for _, _, obstacles in made]
         pieces = len(_pieces(vessel))
         pairs = pieces * team + team * (team - 1) // 2 + rows * (pieces + team)
@@ -146,7 +152,7 @@ class Basin:
                 body.position_func = memory.stay
             self.moved = True
         bodies = [[memory.remembered(body) for body in world] for world in self._bodies]
-        motion = self.motion, self.bodies.direction
+        motion = self.motion, self._size, self.bodies.direction
         contacts = list(map(memory.contacts, self._spaces))
         return BasinSnapshot(np.array(bodies), *motion, contacts, self._placed)
 
@@ -156,6 +162,8 @@ class Basin:
         A step in which the bodies rest where they were finds the same contacts again.
         """
         self.motion[...], self.bodies.direction[...] = snapshot.motion, snapshot.direction
+        for world, size in enumerate(snapshot.size):
+            self.resize(world, size)
         for world, rows in enumerate(snapshot.obstacles):
             if not np.isnan(rows).any():
                 self.put_obstacles(world, rows)
@@ -191,6 +199,13 @@ class Basin:
                 memory.forget_contacts(body)
         for obstacle in self._obstacles[world]:
             obstacle.friction = root
+
+    def resize(self, world: int, size: Float) -> None:
+        """Gives the boats of a world their lengths, by factors (A,) on the nominal ones."""
+        for boat in np.flatnonzero(size != self._size[world]).tolist():
+            (shape,) = self._bodies[world][1 + boat].shapes
+            shape.unsafe_set_vertices([corner * size[boat].item() for corner in self._boat])
+        self._size[world] = size
 
     def put_obstacles(self, world: int, rows: Float) -> None:
         """Places the obstacles of a world, (M, 5) rows of ``asv_env.capsules``."""

@@ -76,13 +76,19 @@ class Dynamics:
         self.basin.clear(world, root)
         if initial.obstacle is not None:
             self.basin.put_obstacles(world, initial.obstacle)
+        size = np.ones(len(gain))
+        if initial.boat_size is not None:
+            size[1:] = initial.boat_size
+            self.basin.resize(world, size[1:])
         hulls = np.empty((len(gain), 9))
         hulls[:, :6], hulls[:, 8] = initial.motion, root
-        hulls[:, 6] = self._kinds.contact_mass * gain
-        hulls[:, 7] = self._kinds.mass[:, 2] * gain
+        hulls[:, 6] = self._kinds.contact_mass * gain * size**3
+        hulls[:, 7] = self._kinds.mass[:, 2] * gain * size**5
         keep = float(np.exp(-self._dt / initial.lag))
         kernel.begin(world, hulls, initial.thrust_gain, keep, self._bound)
-        hull.equip(self.plant.hulls, world, self._kinds, gain, initial.drag_gain, self._dt)
+        self.plant.motors.arm_gain[world] = size[1:]
+        gains = gain, initial.drag_gain, size
+        hull.equip(self.plant.hulls, world, self._kinds, *gains, self._dt)
         if len(self._commands):
             self._commands[:, world] = 0.0
 

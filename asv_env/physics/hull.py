@@ -67,9 +67,14 @@ def equip(
     kinds: Kinds,
     mass_gain: Float,
     drag_gain: Float,
+    size: Float,
     dt: float,
 ) -> None:
     """Gives the hulls of a world their masses and drag.
+
+    A hull of other lengths has masses that grow with the third power of them and an inertia that
+    grows with the fifth; drag by its wetted area, and its moment by the fourth (linear) and the
+    fifth power (quadratic).
 
     Args:
         hulls: all hulls, in place.
@@ -77,16 +82,21 @@ def equip(
         kinds: what they are without factors.
         mass_gain: (B,) factors on masses and inertia.
         drag_gain: (B,) factors on drag.
+        size: (B,) factors on lengths.
         dt: duration of a step, s.
     """
     half = 0.5 * dt
     for body in range(len(mass_gain)):
         for axis in range(3):
-            mass = kinds.mass[body, axis] * mass_gain[body]
-            linear = kinds.drag[body, axis, 0] * drag_gain[body]
+            turning = axis == 2
+            mass = kinds.mass[body, axis] * mass_gain[body] * size[body] ** (5 if turning else 3)
+            linear = (
+                kinds.drag[body, axis, 0] * drag_gain[body] * size[body] ** (4 if turning else 2)
+            )
+            quadratic = kinds.drag[body, axis, 1] * drag_gain[body]
             hulls.mass[world, body, axis] = mass
             hulls.linear[world, body, axis] = linear
-            hulls.quadratic[world, body, axis] = kinds.drag[body, axis, 1] * drag_gain[body]
+            hulls.quadratic[world, body, axis] = quadratic * size[body] ** (5 if turning else 2)
             hulls.soft[world, body, axis] = softening(half * linear / mass)
             hulls.per_mass[world, body, axis] = half / mass
         mass_u, mass_v = hulls.mass[world, body, 0], hulls.mass[world, body, 1]

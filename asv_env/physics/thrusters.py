@@ -35,6 +35,7 @@ class Motors(NamedTuple):
     signal: Float  #: (W, A, 2) present signal of the left and right motor
     thrust: Float  #: (W, A, 2) present thrust of the left and right motor, N
     gain: Float  #: (W, A, 2) factor on the thrust
+    arm_gain: Float  #: (W, A) factor on the distance of the motors from the centre line
     keep: Float  #: (W,) share of a signal's distance from the wanted one that a step leaves
 
 
@@ -49,7 +50,8 @@ def drive(boat: BoatParams) -> Drive:
 def motors(num_worlds: int, num_boats: int) -> Motors:
     """Returns motors that are off, without lag."""
     shape = (num_worlds, num_boats, 2)
-    return Motors(np.zeros(shape), np.zeros(shape), np.ones(shape), np.zeros(num_worlds))
+    thrust, gain = np.zeros(shape), (np.ones(shape), np.ones(shape[:2]))
+    return Motors(np.zeros(shape), thrust, *gain, np.zeros(num_worlds))
 
 
 @compiled
@@ -100,7 +102,8 @@ def driven(
     port = gain[world, boat, 0] * thrust_of(port, drive)
     starboard = gain[world, boat, 1] * thrust_of(starboard, drive)
     motors.thrust[world, boat, 0], motors.thrust[world, boat, 1] = port, starboard
-    return port + starboard, 0.0, drive.lever_arm * (starboard - port)
+    arm = drive.lever_arm * motors.arm_gain[world, boat]
+    return port + starboard, 0.0, arm * (starboard - port)
 
 
 @compiled

@@ -89,10 +89,12 @@ def outline_goal(canvas: Canvas, layout: Layout, state: State) -> None:
 def paint_boats(canvas: Canvas, layout: Layout, state: State) -> None:
     """Paints the boats of one world; those that failed are grey and crossed out."""
     poses, shape = state.motion[1:], layout.boat
+    size = state.boat_size[:, None]
     margin = max(0.0035, 1.1 * layout.unit / layout.camera.scale)
     inner = inset(shape, margin) if layout.detailed else shape
-    outlines, hulls = layout.pixels(shape, poses), layout.pixels(inner, poses)
-    bows = layout.pixels(bow(inner, 1.3 * layout.enlarged * layout.params.boat.bow), poses)
+    outlines, hulls = layout.pixels(size * shape, poses), layout.pixels(size * inner, poses)
+    front = bow(inner, 1.3 * layout.enlarged * layout.params.boat.bow)
+    bows = layout.pixels(size * front, poses)
     for hull in outlines:
         _cast_shadow(canvas, layout, hull)
     for boat, works in enumerate(state.working):

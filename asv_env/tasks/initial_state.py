@@ -25,6 +25,7 @@ RANGES = {
     "mass_gain": (1e-3, 1e3),
     "friction": (0.0, 1e2),
     "failure_tick": (-1, 1e15),
+    "boat_size": (0.1, 10.0),
     "obstacle": (-1e6, 1e6),
 }  #: smallest and largest value of each field
 
@@ -42,6 +43,8 @@ def checked(start: Any, params: EnvParams, rng: np.random.Generator) -> InitialS
         raise TypeError(f"initial states: {shown(start)}: return an asv_env.types.InitialState")
     if start.obstacle is None:
         start = replace(start, obstacle=_obstacles(start, params, rng))
+    if start.boat_size is None:
+        start = replace(start, boat_size=np.ones(params.num_boats))
     shapes, low, high = _limits(params.num_boats, int(grouping(params).groups[-1]))
     given = {name: _numbers(getattr(start, name), shapes[name]) for name in RANGES}
     flat = np.concatenate([array.reshape(-1) for array in given.values()])
@@ -91,7 +94,7 @@ def _limits(team: int, rows: int) -> tuple[dict[str, tuple[int, ...]], Float, Fl
     """Returns the shapes of the fields by name; and the bounds of all numbers, in their order."""
     own = {"motion": (1 + team, 6), "goal": (3,), "thrust_gain": (team, 2)}
     own |= {"drag_gain": (1 + team,), "mass_gain": (1 + team,), "failure_tick": (team,)}
-    own["obstacle"] = (rows, 5)
+    own |= {"boat_size": (team,), "obstacle": (rows, 5)}
     shapes = {name: own.get(name, ()) for name in RANGES}
     bounds = [np.full((math.prod(shapes[name]), 2), RANGES[name]) for name in RANGES]
     low, high = np.concatenate(bounds).T

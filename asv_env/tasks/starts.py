@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.params import EnvParams
+from asv_env.params import SMALLEST_CAGE, EnvParams
 from asv_env.params.obstacle_params import Shape, grouped, grouping, rows, sampled
 from asv_env.tasks import formation
 from asv_env.tasks.reachability import Waters
@@ -45,18 +45,31 @@ def in_slots(params: EnvParams, rng: np.random.Generator, goal: Float | None) ->
     """Samples an episode whose boats begin in their slots; see ``sample``."""
     goal, side, waters = _waters(params, rng, goal, starts_grasped=True)
     motion = np.zeros((1 + params.num_boats, 6))
-    put_into_slots(motion, params, side)
     variation = _variation(params, rng)
+    put_into_slots(motion, params, side, variation.get("boat_size"))
     return InitialState(motion, goal, side, **variation, obstacle=waters.obstacle)
 
 
-def put_into_slots(motion: Float, params: EnvParams, side: float) -> None:
+def put_into_slots(
+    motion: Float, params: EnvParams, side: float, size: Float | None = None
+) -> None:
     """Places boats in their slots, bows to the vessel at the origin, in a motion (B, 6), in place.
 
-    They are on the vessel's +n or -n side, which is +1 or -1.
+    They are on the vessel's +n or -n side, which is +1 or -1. Boats whose lengths are ``size`` (A,)
+    times the nominal ones are as near to the vessel as nominal ones.
     """
+<<<<<<< HEAD
     boats = formation.slots(params, params.num_boats, side)
     motion[1:, 0], motion[1:, 1] = boats.real, boats.imag + side * PUSH_GAP * params.scale
+=======
+    boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP * params.scale
+    if size is not None:
+        boats += 0.5j * params.boat.length * (size - 1)
+        if len(boats) >= SMALLEST_CAGE:
+            outwards = np.sign(boats[[0, -1]].real) * params.boat.width / 2
+            boats[[0, -1]] += (outwards - 0.5j * params.boat.length) * (size - 1)[[0, -1]]
+    motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
+>>>>>>> cb9ec5d (Boats of unlike size in one team)
     motion[1:, 2] = -side * np.pi / 2
 
 
@@ -299,6 +312,8 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
     }
     if spread.load is not None:
         varied["mass_gain"][0] *= _between(rng, *spread.load)
+    if spread.boat_size:
+        varied["boat_size"] = 1.0 + spread.boat_size * (2.0 * rng.random(team) - 1.0)
     return varied
 
 

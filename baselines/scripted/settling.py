@@ -41,7 +41,8 @@ class Settling:
         self._corners, self._shape = plane(np.array(boat.corners)), HullSides(self._vessel)
         vessel, self._hulls = self._vessel, hulls(1, 1)
         self._step = COASTING_TIMES / STEPS * vessel.masses[1] / vessel.sway[0]
-        equip(self._hulls, 0, kinds([vessel]), np.ones(1), np.ones(1), self._step)
+        one = np.ones(1)
+        equip(self._hulls, 0, kinds([vessel]), one, one, one, self._step)
 
     def update(self, relations: Relations, vessel: VesselMemory, released: Bool) -> Bool:
         """Returns in which worlds (W,) the team has let go, given where it had."""
