@@ -58,18 +58,14 @@ def put_into_slots(
     They are on the vessel's +n or -n side, which is +1 or -1. Boats whose lengths are ``size`` (A,)
     times the nominal ones are as near to the vessel as nominal ones.
     """
-<<<<<<< HEAD
-    boats = formation.slots(params, params.num_boats, side)
-    motion[1:, 0], motion[1:, 1] = boats.real, boats.imag + side * PUSH_GAP * params.scale
-=======
-    boats = formation.slots(params, params.num_boats) + 1j * PUSH_GAP * params.scale
+    boats = formation.slots(params, params.num_boats, side) + 1j * side * PUSH_GAP * params.scale
     if size is not None:
-        boats += 0.5j * params.boat.length * (size - 1)
-        if len(boats) >= SMALLEST_CAGE:
-            outwards = np.sign(boats[[0, -1]].real) * params.boat.width / 2
-            boats[[0, -1]] += (outwards - 0.5j * params.boat.length) * (size - 1)[[0, -1]]
-    motion[1:, 0], motion[1:, 1] = boats.real, side * boats.imag
->>>>>>> cb9ec5d (Boats of unlike size in one team)
+        longer = 0.5j * side * params.boat.length * (size - 1)
+        boats += longer
+        if len(boats) >= SMALLEST_CAGE:  # The ends are beside the vessel.
+            wider = np.sign(boats.real) * params.boat.width / 2 * (size - 1)
+            boats[[0, -1]] += (wider - longer)[[0, -1]]
+    motion[1:, 0], motion[1:, 1] = boats.real, boats.imag
     motion[1:, 2] = -side * np.pi / 2
 
 
