@@ -193,6 +193,8 @@ def test_observation(task, options):
         all_boats = ones[..., None]
         vessel_velocity = rotated(vessel[..., 3:5], seen.heading)
         turn = -seen.heading_error
+        half = np.array([params.vessel.length, params.vessel.width]) / 2
+        to_hull = np.clip(seen.boat, -half, half) - seen.boat  # of boats outside
         values = {
             "own_velocity": rotated(boats[..., 3:5], seen.boat_heading),
             "slot": rotated(seen.gap, seen.boat_heading - seen.heading),
@@ -212,13 +214,17 @@ def test_observation(task, options):
             "turn_to_goal": turn[:, None] * ones,
             "inverse_team_size": (1 / count)[:, None] * ones,
             "inverse_vessel_length": ones / params.vessel.length,
+            "vessel_seen": ones,
+            "hull": rotated(to_hull, seen.boat_heading - seen.heading),
             "neighbours": neighbours(boats),
         }
-        for fine in ("slot", "goal", "vessel_velocity", "turn_to_goal", "vessel_yaw_rate"):
+        for fine in ("slot", "hull", "goal", "vessel_velocity", "turn_to_goal", "vessel_yaw_rate"):
             values[f"{fine}_fine"] = values[fine]
         lengths = dict(zip(observation.SCALES, observation.units(params), strict=True))
         columns = []
         for feature in observation.DEFAULT:
+            if feature.name.endswith("obstacles"):  # There are none.
+                values[feature.name] = np.zeros((*ones.shape, len(feature.scale)))
             value = values[feature.name].reshape(*known.slot.shape, -1)
             close(columns_of(feature.value(View(known, params))), value)
             scale = np.array([lengths.get(one, one) for one in feature.scale], dtype=float)
