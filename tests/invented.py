@@ -82,7 +82,7 @@ def invented_log(row):
     failed = np.full(row.num_boats, np.inf)
     failed[DIES] = DEATH
     goal = np.array([row.goal_x or 0.0, row.goal_y or 0.0, 0.3])
-    return PoseLog(row, poses, goal, failed, np.zeros((0, 5)))
+    return PoseLog(row, poses, goal, failed, np.zeros((0, 5)), np.ones(len(failed)))
 
 
 def report(folder, suite=SUITE, policies=POLICIES, replays=3):

@@ -119,7 +119,9 @@ def test_boat_off_its_circle():
     way[turn > 1.2] += 9.0  # later than it is watched
     poses[:, 1, 0], poses[:, 1, 1] = -0.24, 0.0
     poses[:, 2, 0], poses[:, 2, 1] = way.real, way.imag
-    track = episodes.PoseLog(None, poses, np.zeros(3), np.full(2, np.inf), np.zeros((0, 5)))
+    track = episodes.PoseLog(
+        None, poses, np.zeros(3), np.full(2, np.inf), np.zeros((0, 5)), np.ones(2)
+    )
     assert claims.off_circle(track, radius, end) == pytest.approx(0.03)
 
 

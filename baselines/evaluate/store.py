@@ -215,25 +215,27 @@ def _errors_named(path: Path) -> Iterator[None]:
 
 
 def packed(log: PoseLog) -> bytes:
-    """Returns goal, times of failure, obstacles and poses as bytes.
+    """Returns goal, times of failure, sizes of boats, obstacles and poses as bytes.
 
     Poses are compressed differences of whole ``UNITS``.
     """
     whole = np.round(log.poses / UNITS).astype(np.int64)
     steps = np.diff(whole, axis=0, prepend=0)
     steps[1:, :, 2] = (steps[1:, :, 2] + 31416) % 62832 - 31416
-    numbers = [*log.goal, *log.failed_at, len(log.obstacle), *log.obstacle.ravel()]
-    head = np.array(numbers, dtype="<f8").tobytes()
+    numbers = [*log.goal, *log.failed_at, *log.boat_size, len(log.obstacle)]
+    head = np.array([*numbers, *log.obstacle.ravel()], dtype="<f8").tobytes()
     return head + zlib.compress(steps.astype("<i2").tobytes(), 9)
 
 
 def unpacked(episode: Episode, blob: bytes) -> PoseLog:
     """Returns the log that was ``packed``."""
     team = episode.num_boats
-    *head, count = np.frombuffer(blob, "<f8", 4 + team)
-    rows = np.frombuffer(blob, "<f8", 5 * int(count), 8 * (4 + team)).reshape(-1, 5)
-    packed_poses = blob[8 * (4 + team) + rows.nbytes :]
+    head = np.frombuffer(blob, "<f8", 4 + 2 * team)
+    goal, failed_at, boat_size, (count,) = np.split(head, [3, 3 + team, 3 + 2 * team])
+    rows = np.frombuffer(blob, "<f8", 5 * int(count), head.nbytes).reshape(-1, 5)
+    packed_poses = blob[head.nbytes + rows.nbytes :]
     steps = np.frombuffer(zlib.decompress(packed_poses), "<i2").reshape(-1, 1 + team, 3)
     poses: Float = np.cumsum(steps, axis=0, dtype=np.int64) * np.array(UNITS)
     poses[..., 2] = wrap(poses[..., 2])
-    return PoseLog(episode, poses, np.array(head[:3]), np.array(head[3:]), rows.copy())
+    known = goal.copy(), failed_at.copy(), rows.copy(), boat_size.copy()
+    return PoseLog(episode, poses, *known)

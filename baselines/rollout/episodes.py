@@ -90,6 +90,7 @@ class PoseLog:
     goal: Float  #: (3,) pose, m, m, rad
     failed_at: Float  #: (A,) time at which a boat's thrusters died, s; inf never
     obstacle: Float  #: (M, 5) obstacles, as in ``asv_env.types.State``
+    boat_size: Float  #: (A,) factor on the lengths of each boat
     trajectory: Trajectory | None = None  #: all steps, where they are recorded
 
 

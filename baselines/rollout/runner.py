@@ -97,8 +97,8 @@ class _Recorder:
             arrays["obstacle"] = after.obstacle[world].copy()
             terminated = bool(tick.step.ending.terminated[world])
             trajectory = Trajectory(**arrays, terminated=terminated)
-        obstacle = after.obstacle[world].copy()
-        return PoseLog(row, np.array(self._poses), goal, self._failed_at, obstacle, trajectory)
+        hulls = after.obstacle[world].copy(), after.boat_size[world].copy()
+        return PoseLog(row, np.array(self._poses), goal, self._failed_at, *hulls, trajectory)
 
     def _keep(self, state: State, observation: Observation, **step: Float) -> None:
         truth = {name: getattr(state, name) for name in ("motion", "working", "goal")}

@@ -167,6 +167,7 @@ def take(params: EnvParams, log: PoseLog) -> dict[str, Any]:
         "closure": row.time_to_closure,
         "goal": [round(x, 4) for x in log.goal.tolist()] if has_goal else None,
         "failures": [time if math.isfinite(time) else None for time in log.failed_at.tolist()],
+        "sizes": [round(size, 4) for size in log.boat_size.tolist()],
         "obstacles": obstacles(params, log.obstacle),
         "frames": len(poses),
         "poses": pack(poses),

@@ -55,18 +55,20 @@ const hulls = ((palette) => {
   function drawBoat(pen, { condition, take }, boat, pose, time, px) {
     const failure = take.failures[boat];
     const works = failure === null || time < failure;
-    const bow = Math.max(...condition.boat.map(([x]) => x));
-    shadow(pen, condition.boat, pose, 0.7 * px);
-    inside(pen, condition.boat, pose, () => {
+    const size = take.sizes[boat];
+    const outline = condition.boat.map(([x, y]) => [size * x, size * y]);
+    const bow = Math.max(...outline.map(([x]) => x));
+    shadow(pen, outline, pose, 0.7 * px);
+    inside(pen, outline, pose, () => {
       fill(pen, works ? palette.team[boat % palette.team.length] : palette.failed);
       pen.save();
       pen.clip();
       pen.fillStyle = palette.white;
       pen.globalAlpha = works ? 1 : 0.5;
-      pen.fillRect(bow - condition.bow, -bow, condition.bow, 2 * bow);
+      pen.fillRect(bow - size * condition.bow, -bow, size * condition.bow, 2 * bow);
       pen.restore();
       stroke(pen, palette.edge, Math.min(1.2 * px, 0.1 * bow));
-      if (!works) cross(pen, 0.7 * Math.max(...condition.boat.map(([, y]) => Math.abs(y))), px);
+      if (!works) cross(pen, 0.7 * Math.max(...outline.map(([, y]) => Math.abs(y))), px);
     });
   }
 
