@@ -43,7 +43,8 @@ def run(monkeypatch, capsys):
         ("coefficients", ["--page", FOLDER / "turns.py"], "needs a line '<!-- coefficients -->'"),
         ("convergence", ["--page", FOLDER / "turns.py"], "needs a line '<!-- convergence -->'"),
         ("development", ["--seed", 0], "seed 0 is not for development"),
-        ("sensing_cost", ["--worlds", 0], "worlds = 0"),
+        ("option_cost", ["--worlds", 0], "worlds = 0"),
+        ("soak", ["--ticks", 0], "ticks = 0"),
         ("own_sensing", ["--seed", 0], "seed 0 is not for development"),
         ("own_sensing", ["--task", "psuh"], "Did you mean 'push'"),
         ("own_sensing", ["--page", FOLDER / "turns.py"], "needs a line '<!-- own sensing -->'"),
@@ -71,6 +72,10 @@ def test_conditions_of_a_suite_are_run_on_seeds_for_development(run, monkeypatch
     assert [one.name for one in suite.conditions] == ["noise", "harsh"]
     assert {one.params.task.delivery for one in suite.conditions} == {"passing"}
     assert suite.first(episodes).seeds == range(10**8, 10**8 + 3)
+
+
+def test_random_worlds_are_soaked(run):
+    assert run("soak", "--steps", 40, "--worlds", 2, "--ticks", 10, "--seed", 1) == ""
 
 
 def test_samples_and_table_are_saved_or_the_file_is_named(run, tmp_path):

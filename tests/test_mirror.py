@@ -7,7 +7,7 @@ from helpers import SEEN
 from asv_env import Simulation, make_params
 from asv_env.tasks import starts
 from baselines.learned.network import Metadata, NetworkPolicy
-from baselines.mirror import view
+from baselines.mirror import at_scale, mirror_image, view
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 MIRROR = np.array([1.0, -1.0, -1.0])
@@ -39,6 +39,16 @@ class Driven:
         if self.fresh.any():
             self.sim.reset(self.fresh)
         return seen
+
+
+def test_obstacles_are_mirrored_and_scaled_with_the_world():
+    simulation = Simulation(make_params("push", obstacles="channel"), 2)
+    simulation.reset(seeds=[0, 1])
+    sensed, side = simulation.sensed, np.array([1.0, -1.0])
+    seen = mirror_image(sensed, side)
+    np.testing.assert_array_equal(seen.obstacle[0], sensed.obstacle[0])
+    np.testing.assert_array_equal(seen.obstacle[1], sensed.obstacle[1] * [1, -1, 1, -1, 1])
+    np.testing.assert_array_equal(at_scale(sensed, 2.0).obstacle, 2.0 * sensed.obstacle)
 
 
 def test_the_goal_is_ahead_when_an_episode_begins():

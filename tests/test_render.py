@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from asv_env import make_params
+from asv_env.params import Circle, Polygon
 from asv_env.render import colours
 from asv_env.render.backdrop import streamlines
 from asv_env.render.camera import Camera, Trail
@@ -173,6 +174,18 @@ def test_failed_boat_is_grey():
     assert near(at(frame, grey), colours.FAILED, 20)
     mark = by_hand(viewer.camera, state.motion[0, 2], -0.0096, 0.0)
     assert near(at(frame, mark), colours.MARK, 40)
+
+
+def test_obstacles_are_stone_and_in_view():
+    shapes = [Circle((1.0, 1.0), 0.3), Polygon([(-1.0, -1.0), (-0.5, -1.0), (-0.5, -0.6)])]
+    params = make_params("push", obstacles=shapes, goal=(0.5, -0.5, 0.0))
+    simulation = Simulation(params)
+    simulation.reset(seeds=[0])
+    viewer = Viewer(params)
+    frame = viewer.draw(simulation.state)
+    for x, y in ((1.0, 1.0), (1.0, 1.25), (-0.6, -0.9)):
+        assert near(at(frame, by_hand(viewer.camera, (0, 0, 0), x, y)), colours.STONE)
+    assert not near(at(frame, by_hand(viewer.camera, (0, 0, 0), -0.9, -0.7)), colours.STONE)
 
 
 def test_walls_and_land():

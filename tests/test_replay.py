@@ -10,9 +10,14 @@ import numpy as np
 import pytest
 from invented import DEATH, DIES, ODD, SUITE, Page
 
+from asv_env import make_params
 from asv_env.render import colours
 from baselines.evaluate.report import replay
-from baselines.evaluate.store import RunKey
+from baselines.evaluate.store import RunKey, packed
+from baselines.evaluate.store import unpacked as unpack_log
+from baselines.policy import Idle
+from baselines.rollout import runner
+from baselines.rollout.episodes import Label
 
 CHROMIUM, DRIVER = "/usr/bin/chromium", "/usr/bin/chromedriver"
 
@@ -326,3 +331,16 @@ def test_pages_have_colours_in_browsers_that_know_no_newer_functions(report):
     light, dark = (dict(re.findall(r"(--\w+): (#\w+);", part)) for part in text.split(":root")[1:3])
     assert light.keys() == dark.keys()
     assert light["--paper"] != dark["--paper"]
+
+
+def test_obstacles_are_embedded_without_the_walls(tmp_path):
+    params = make_params("push", time_limit=1.0, obstacles="dock", water={"walls": 3.0})
+    (log,) = runner.run(Idle, params, [0], 1, Label("idle"))
+    kept = unpack_log(log.episode, packed(log))
+    np.testing.assert_array_equal(kept.obstacle, log.obstacle)
+    shown = replay.take(params, kept)["obstacles"]
+    np.testing.assert_allclose(np.array(shown)[:, 0], log.obstacle[:3], atol=1e-4)
+    corners = [(-2.0, 2.0), (2.0, 2.0), (2.0, 2.5)]
+    params = make_params("push", time_limit=1.0, obstacles=[{"corners": corners}])
+    (log,) = runner.run(Idle, params, [0], 1, Label("idle"))
+    assert replay.take(params, log)["obstacles"] == [[list(corner) for corner in corners]]

@@ -13,6 +13,7 @@ from typing import Annotated
 import numpy as np
 
 from asv_env.checks import Number, Whole, check_fields, interval
+from asv_env.memo import by_identity
 from asv_env.params import EnvParams
 from asv_env.params.obstacle_params import Circle, Polygon, Segment, Shape
 from asv_env.tasks import formation
@@ -24,6 +25,7 @@ Sizes = Annotated[tuple[float, float], interval(0.01, 100.0)]
 TRIES = 100  #: places that are tried for a pillar
 
 
+@by_identity
 def team_reach(params: EnvParams) -> tuple[float, float, float]:
     """Returns how far a team in its slots reaches from the vessel's centre, m.
 

@@ -18,7 +18,7 @@ from asv_env.params.obstacle_params import Grouping, grouping
 from asv_env.polygons import complex_corners
 from asv_env.types import Bool, Float, Int
 
-CELLS_PER_RADIUS = 4  #: cells in the radius of a circle
+VESSEL_CELLS, BOAT_CELLS = 4, 2  #: cells in the radius of the circle round a vessel, a boat
 MOST_CELLS = 400  #: most cells along an axis of a grid
 STRAIGHT = 4.0  #: farthest straight push into a goal pose, vessel lengths
 PUSHES = 40  #: steps of such a push that are looked at
@@ -183,14 +183,14 @@ class Waters:
 
     @cached_property
     def _of_vessel(self) -> Grid:
-        return self._grid(self.params.vessel.reach)
+        return self._grid(self.params.vessel.reach, VESSEL_CELLS)
 
     @cached_property
     def _of_boat(self) -> Grid:
-        return self._grid(self.params.boat.reach)
+        return self._grid(self.params.boat.reach, BOAT_CELLS)
 
-    def _grid(self, radius: float) -> Grid:
-        """Returns what a circle reaches from the origin, within arena and walls."""
+    def _grid(self, radius: float, cells: int) -> Grid:
+        """Returns what a circle, so many ``cells`` in radius, reaches within arena and walls."""
         params = self.params
         rows = self.obstacle[: len(self.obstacle) - self._grouping.walls]
         ends, reach = np.concatenate([rows[:, :2], rows[:, 2:4]]), rows[:, 4].max(initial=0.0)
@@ -199,7 +199,7 @@ class Waters:
             far = max(far, abs(params.task.goal[0]), abs(params.task.goal[1]))
         half = max(far, abs(ends).max(initial=0.0) + reach) + 3 * radius
         half = min(half, params.task.arena, params.water.walls or math.inf)
-        cell = max(radius / CELLS_PER_RADIUS, 2 * half / MOST_CELLS)
+        cell = max(radius / cells, 2 * half / MOST_CELLS)
         count = math.ceil(2 * half / cell)
         low, known = np.array([-half, -half]), (self.obstacle, self._grouping.groups)
         return Grid(flooded(*known, low, cell, count, count, radius, 0.0, 0.0), low, cell)
