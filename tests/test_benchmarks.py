@@ -50,6 +50,7 @@ def run(monkeypatch, capsys):
         ("own_sensing", ["--page", FOLDER / "turns.py"], "needs a line '<!-- own sensing -->'"),
         ("development", ["--conditions", "contrl"], "condition 'contrl': robust-v2 has control"),
         ("development", ["--suite", "robst-v2"], "Did you mean 'robust-v2'"),
+        ("first_success", ["--rows", 0], "rows = 0"),
         ("open_loop", ["--seed", 0], "seed 0 is not for development"),
         ("open_loop", ["--elite", 12], "elite = 12"),
         ("open_loop", ["--suites", "plane-v1"], "Did you mean 'plane-v2'"),
