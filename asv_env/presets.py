@@ -68,7 +68,7 @@ SCENARIOS: Registry[Overrides] = Registry(
     _is_mapping,
 )  #: disturbances, by name
 EASY: Overrides = {
-    "boat": {"full_speed": 0.1},
+    "boat": {"full_speed": 0.1, "full_yaw_rate": 0.5},
     "task": {
         "goal_distance": (0.15, 0.3),
         "goal_bearing": 0.25,

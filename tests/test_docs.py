@@ -16,6 +16,7 @@ SHORTER = {
     "episodes=20": "episodes=1",
     "episodes=4": "episodes=1",
     "num_envs=64": "num_envs=4",
+    '"push", 64': '"push", 4',
     "n_steps=128": "n_steps=16",
 }
 CODE = ("environment", "evaluation", "learning", "paper", "policies")

@@ -53,14 +53,14 @@ def paint_header(canvas: Canvas, layout: Layout, state: State) -> None:
 
 
 def paint_gust(canvas: Canvas, layout: Layout, state: State) -> None:
-    """Paints the gust of the moment below the water: an arrow, full at twice ``gust_speed``."""
+    """Paints the gust of the moment below the water: an arrow, full at 1.5 ``gust_speed``."""
     usual = layout.params.water.gust_speed
     if usual == 0.0:
         return
     unit, row = layout.unit, layout.size[1] - layout.band / 2
     gust = state.gust * np.array([1.0, -1.0])  # Pixels count downwards.
     speed = float(np.hypot(*gust))
-    reach = 0.36 * layout.band * min(1.0, speed / (2.0 * usual)) / max(speed, TINY)
+    reach = 0.42 * layout.band * min(1.0, speed / (1.5 * usual)) / max(speed, TINY)
     centre = np.array([0.5 * layout.size[0] - 0.5 * layout.band, row])
     tail, head = centre - reach * gust, centre + reach * gust
     left = 0.35 * (head - tail) @ np.array([[0.0, 1.0], [-1.0, 0.0]])

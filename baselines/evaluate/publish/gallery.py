@@ -90,9 +90,9 @@ def pictured(suite: Suite) -> list[Condition]:
 
 def _look(params: EnvParams) -> tuple[Any, ...]:
     """Returns what decides how an initial state looks."""
-    water = params.water.current, params.water.walls
-    hulls = tuple(params.vessel.corners), params.boat.length
-    return (params.task.name, params.num_boats, hulls, water, params.water.gust_speed > 0)
+    water = params.water.current, params.water.walls, params.water.gust_speed > 0
+    hulls = tuple(params.vessel.corners), params.boat.length, params.variation.boat_size > 0
+    return params.task.name, params.num_boats, hulls, water, params.obstacles, params.sensors.range
 
 
 def frame(condition: Condition, seed: int) -> Frame:
