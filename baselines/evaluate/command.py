@@ -44,15 +44,16 @@ class Options:
     trust_pickles: bool = False
     """read stable-baselines3 models; doing so runs whatever code is in them"""
     suite: str | None = None
-    """suite to run: quick-v2, paper-v2, plane-v2, robust-v2, team-v2, shape-v2. Without one, a
-    sweep over the tasks, scenarios and team sizes below is run"""
+    """suite to run: quick-v2, paper-v2, plane-v2, robust-v2, team-v2, shape-v2, easy-v1,
+    harbour-v1, sensing-v1, hard-v1. Without one, a sweep over the tasks, scenarios and team sizes
+    below is run"""
     task: tuple[str, ...] = ("transport",)
     """approach, push, transport, or module:NAME; a suite takes one, a sweep several"""
     episodes: int | None = None
     """number of episodes of each condition; by default the suite's, or 100"""
     scenario: tuple[str, ...] = ()
-    """scenarios of a sweep: nominal, noisy, delay, dropout, shelter, current, gyre, mismatch,
-    failure, harsh, or module:NAME; by default nominal"""
+    """scenarios of a sweep: nominal, noisy, delay, dropout, shelter, current, gyre, gusts,
+    mismatch, unlike, load, failure, failure-in-push, harsh, or module:NAME; by default nominal"""
     num_boats: tuple[int, ...] = ()  # team sizes of a sweep, 2 to 100; by default 4
     preset: str | None = None
     """preset of a sweep: nominal, experiment, paper_simulation, tank, tank-calibrated, otter,
