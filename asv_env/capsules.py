@@ -7,7 +7,10 @@ is solid; any other group is one row. ``groups`` (G + 1,) holds the first row of
 
 import math
 
+import numpy as np
+
 from asv_env.compiled import allocating, compiled
+from asv_env.polygons import contains
 from asv_env.types import Float, Int
 
 POLYGON = 3  #: fewest rows of a group that is a polygon
@@ -75,21 +78,9 @@ def crosses(
 
 
 @compiled
-def contains(corners: Float, x: float, y: float) -> bool:
-    """Returns whether a hull with these corners (n, 2), in order, contains a point."""
-    inside, last = False, len(corners) - 1
-    for k in range(len(corners)):
-        ax, ay, bx, by = corners[last, 0], corners[last, 1], corners[k, 0], corners[k, 1]
-        if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
-            inside = not inside
-        last = k
-    return inside
-
-
-@compiled
 def hull_distance(corners: Float, row: Float) -> float:
     """Returns the distance of a hull, by its corners (n, 2), to a row, m; 0 or less: overlap."""
-    if contains(corners, row[0], row[1]):
+    if contains(corners.view(np.complex128)[:, 0], complex(row[0], row[1])):
         return -row[4]
     nearest, last = math.inf, len(corners) - 1
     for k in range(len(corners)):

@@ -210,6 +210,7 @@ def test_impossible_obstacles_are_refused_when_the_environment_is_made(options, 
     (Circle, ((0, 0), 0.0)), (Circle, ((0, np.nan), 1.0)), (Circle, ((0,), 1.0)),
     (Segment, ((0, 0), (1, 1), -0.1)), (Polygon, ([(0, 0), (1, 1)],)),
     (Polygon, ([(0, 0), (1, 1), (2, 2)],)), (Polygon, ("abc",)),
+    (Polygon, ([(0, 0), (1, 1), (1, 0), (0, 1)],)),
 ])  # fmt: skip
 def test_shapes_that_are_none_are_refused(kind, values):
     with pytest.raises(ValueError, match=kind.__name__):

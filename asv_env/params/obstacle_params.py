@@ -14,6 +14,7 @@ import numpy as np
 from asv_env.checks import Pair, called, check_fields, choice, numbers, plain
 from asv_env.memo import by_identity
 from asv_env.params.ranges import FAR, Distance, DistanceOrZero
+from asv_env.polygons import is_simple
 from asv_env.text import shown
 from asv_env.types import Float, Int
 
@@ -97,7 +98,13 @@ def _corners(given: Any) -> tuple[tuple[float, float], ...]:
             f"Polygon.corners = {shown(given)}: the polygon has no area; give its corners in "
             "order, or a Segment"
         )
-    return tuple((float(a), float(b)) for a, b in pairs)
+    corners = tuple((float(a), float(b)) for a, b in pairs)
+    if not is_simple(corners):
+        raise ValueError(
+            f"Polygon.corners = {shown(given)}: the outline crosses or touches itself; give the "
+            "corners in their order round the obstacle"
+        )
+    return corners
 
 
 def checked(given: Any) -> tuple[Shape, ...] | Layout:

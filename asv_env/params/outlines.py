@@ -10,9 +10,7 @@ from asv_env.checks import numbers, plain
 from asv_env.registry import ReadOnlyDict
 from asv_env.text import shown
 
-MOST_CORNERS = (
-    64  #: most corners of an outline: each costs time where points near it are looked for
-)
+MOST_CORNERS = 64  #: most corners of an outline: each costs time in a search for near points
 SMALLEST, LARGEST = 1e-3, 1e4  #: extents of an outline, m
 SHORTEST = 1e-3  #: shortest edge of an outline, largest extents
 THINNEST = 0.01  #: smallest area of an outline, squares of its larger extent
