@@ -27,6 +27,7 @@ from asv_env.params import (
 )
 from asv_env.params.env_params import round_delays
 from asv_env.params.literature import CRAFT
+from asv_env.params.obstacle_params import Shape
 from asv_env.params.outlines import SHAPES
 from asv_env.params.scaling import SCALE, overrides, scaled, scaled_shapes
 from asv_env.registry import ReadOnlyDict, Registry
@@ -45,6 +46,12 @@ MISMATCH = {"thrust": 0.15, "lag": (0.05, 0.3), "drag": 0.3, "mass": 0.2, "frict
 
 def _is_mapping(thing: object) -> bool:
     return isinstance(thing, Mapping)
+
+
+def _are_obstacles(thing: object) -> bool:
+    if isinstance(thing, tuple | list):
+        return all(isinstance(each, Shape | Mapping) for each in thing)
+    return callable(thing)
 
 
 SCENARIOS: Registry[Overrides] = Registry(
@@ -118,7 +125,7 @@ OBSTACLES: Registry[Any] = Registry(
         "channel": layouts.Channel(),
         "dock": layouts.Dock(),
     },
-    lambda thing: callable(thing) or isinstance(thing, tuple | list),
+    _are_obstacles,
 )
 """Obstacles by name: layouts, or lists of shapes."""
 

@@ -283,7 +283,7 @@ def test_the_global_state_has_the_share_of_the_delivery_time():
     before = global_state(simulation.state, simulation.params)
     counted(simulation, 15)
     after = global_state(simulation.state, simulation.params)
-    assert (after - before)[0, 15] == approx(0.5)
+    assert (after - before)[0, 16] == approx(0.5)
 
 
 def test_the_paper_s_presets_take_its_instant():

@@ -20,7 +20,7 @@ FROZEN = {
     "robust-v2": "1823a08fc7c50563",
     "team-v2": "5f7ee1e88cceb22c",
     "shape-v2": "7ef45797481d0e8b",
-    "easy-v1": "fd14f7ce318c6e86",
+    "easy-v1": "7584c9c397ec07e5",
     "harbour-v1": "97a30ec94c06afb6",
     "sensing-v1": "391e0e0cbcdfbd75",
     "hard-v1": "14c1d77b8b77d7ee",

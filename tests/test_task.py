@@ -671,16 +671,21 @@ def test_order_of_the_others_changes_nothing_for_a_boat(order):
     np.testing.assert_allclose(mixed, plain[:, list(order)], atol=1e-5)
 
 
+def of_neighbours(seen):
+    """Columns (W, A, 4, 5) of the neighbours in a default observation: x, y, vx, vy, present."""
+    first = observation.NAMES.index("neighbour_1_x")
+    return seen[..., first : first + 20].reshape(*seen.shape[:2], 4, 5)
+
+
 def test_absent_neighbours_are_zero_and_marked():
-    pair, team = (begun(make_params(num_boats=n)).reset()[0] for n in (2, 10))
-    assert (pair[:, -15:] == 0).all()
-    np.testing.assert_array_equal(pair[:, -16], 1)
-    np.testing.assert_array_equal(team[:, [-16, -11, -6, -1]], 1)
+    pair, team = (of_neighbours(begun(make_params(num_boats=n)).reset())[0] for n in (2, 10))
+    assert (pair[:, 1:] == 0).all()
+    np.testing.assert_array_equal(pair[:, 0, -1], 1)
+    np.testing.assert_array_equal(team[..., -1], 1)
 
 
 def test_nearest_boats_come_first():
-    seen = begun(make_params(num_boats=10), 20).reset()
-    places = seen[..., -20:].reshape(20, 10, 4, 5)[..., :2]
+    places = of_neighbours(begun(make_params(num_boats=10), 20).reset())[..., :2]
     distances = np.hypot(places[..., 0], places[..., 1])
     assert np.all(np.diff(distances, axis=-1) >= 0)
 

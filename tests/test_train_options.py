@@ -159,7 +159,8 @@ def test_an_initial_policy_of_another_kind_is_refused(other, message, trained, t
 
 def test_an_initial_policy_of_other_layers_is_refused(trained, learned_files, tmp_path):
     shutil.copy(trained / "best.npz", tmp_path / "wide.npz")
-    assert "wide.npz: layers of sizes [54, 16, 16, 2] do not fit" in refused_init(
+    sizes = f"[{len(observation.NAMES)}, 16, 16, 2]"
+    assert f"wide.npz: layers of sizes {sizes} do not fit" in refused_init(
         tmp_path / "wide.npz", "--hidden", 8, 16
     )
     several = learned_files / "transport.npz"
