@@ -5,6 +5,7 @@ They are simple, and counter-clockwise unless something else is said.
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -178,33 +179,47 @@ def contains(corners: Complex, point: complex) -> bool:
     return inside
 
 
+class Outline(NamedTuple):
+    """Edges of a polygon, which end at its corners in order."""
+
+    end: Complex  #: (n,) m
+    edge: Complex  #: (n,) vector along each, m
+    square: Float  #: (n,) of its length, m^2
+    normal: Complex  #: (n,) of length 1
+
+
+def outline(corners: Complex) -> Outline:
+    """Returns the edges of a polygon (n,)."""
+    edge = corners - np.roll(corners, 1)
+    length = np.hypot(edge.real, edge.imag)
+    return Outline(corners, edge, length * length, edge.imag / length - 1j * (edge.real / length))
+
+
 @compiled
-def to_outline(corners: Complex, point: complex) -> complex:
+def to_outline(outline: Outline, point: complex) -> complex:
     """Returns the vector from a point to the nearest point of a polygon's outline, m."""
-    nearest, least = corners[0] - point, math.inf
-    start = corners[len(corners) - 1]
-    for end in corners:
-        edge, to_start = end - start, start - point
-        length = math.hypot(edge.real, edge.imag)
+    nearest, least = outline.end[0] - point, math.inf
+    to_start = outline.end[len(outline.end) - 1] - point
+    for k in range(len(outline.end)):
+        edge, normal, to_end = outline.edge[k], outline.normal[k], outline.end[k] - point
         along = -(to_start.real * edge.real + to_start.imag * edge.imag)
+        # The part of the way to a corner that is across the edge, or a corner where it is nearer.
+        gap = to_start.real * normal.real + to_start.imag * normal.imag
+        x, y = gap * normal.real, gap * normal.imag
         if along <= 0.0:
-            offset = to_start
-        elif along >= length * length:
-            offset = end - point
-        else:  # The part of the way to the corner that is across the edge.
-            x, y = edge.imag / length, -edge.real / length
-            gap = to_start.real * x + to_start.imag * y
-            offset = complex(gap * x, gap * y)
-        square = offset.real * offset.real + offset.imag * offset.imag
+            x, y = to_start.real, to_start.imag
+        elif along >= outline.square[k]:
+            x, y = to_end.real, to_end.imag
+        square = x * x + y * y
         if square < least:
-            nearest, least = offset, square
-        start = end
+            nearest, least = complex(x, y), square
+        to_start = to_end
     return nearest
 
 
-def gap_to(corners: Complex, point: complex) -> float:
-    """Returns the distance of a point from a polygon (n,), m; 0 within it."""
-    return 0.0 if contains(corners, point) else abs(to_outline(corners, point))
+def gap_to(outline: Outline, point: complex) -> float:
+    """Returns the distance of a point from a polygon, m; 0 within it."""
+    return 0.0 if contains(outline.end, point) else abs(to_outline(outline, point))
 
 
 def roomiest(corners: Corners, steps: int = 24) -> tuple[float, float, float]:
@@ -212,7 +227,7 @@ def roomiest(corners: Corners, steps: int = 24) -> tuple[float, float, float]:
 
     It is the centroid where hardly any other place has more room, found on a coarse grid.
     """
-    outline, (left, right, bottom, top) = complex_corners(corners), extents(corners)
+    around, (left, right, bottom, top) = outline(complex_corners(corners)), extents(corners)
     x, y = centroid(corners)
     grid = [
         complex(left + (right - left) * i / steps, bottom + (top - bottom) * k / steps)
@@ -221,9 +236,9 @@ def roomiest(corners: Corners, steps: int = 24) -> tuple[float, float, float]:
     ]
     middle = complex(x, y)
     rooms = [
-        (abs(to_outline(outline, point)), -abs(point - middle), point)
+        (abs(to_outline(around, point)), -abs(point - middle), point)
         for point in [middle, *grid]
-        if contains(outline, point)
+        if contains(around.end, point)
     ]
     most = 0.97 * max(room for room, _, _ in rooms)
     room, _, point = max((one for one in rooms if one[0] >= most), key=lambda one: one[1])

@@ -14,7 +14,7 @@ from asv_env.geometry import rectangle
 from asv_env.params import VesselParams
 from asv_env.params.outlines import SHAPES
 from asv_env.physics.basin import Basin
-from asv_env.polygons import complex_corners, contains, to_outline
+from asv_env.polygons import complex_corners, contains, outline, to_outline
 from asv_env.sensing import observation
 from asv_env.tasks import formation
 
@@ -33,7 +33,7 @@ def overlap(one, other):
     for points, polygon in ((one, other), (other, one)):
         for point in [*points, *((points + np.roll(points, 1)) / 2)]:
             if contains(polygon, point):
-                depth = max(depth, abs(to_outline(polygon, point)))
+                depth = max(depth, abs(to_outline(outline(polygon), point)))
     return depth
 
 
@@ -159,8 +159,8 @@ def test_boats_in_their_slots_touch_the_convex_hull_and_lie_apart(name, team):
         assert max(overlap(hull, boat) for boat in boats) < 1e-9
         at_side = boats[1:-1] if team >= 4 else boats
         for boat in at_side:
-            gaps = [abs(to_outline(hull, corner)) for corner in boat]
-            gaps += [abs(to_outline(boat, corner)) for corner in hull]
+            gaps = [abs(to_outline(outline(hull), corner)) for corner in boat]
+            gaps += [abs(to_outline(outline(boat), corner)) for corner in hull]
             assert min(gaps) < 1e-9
         for k in range(1, team):
             assert overlap(boats[k - 1], boats[k]) == 0.0
@@ -201,10 +201,10 @@ def test_observation_tells_the_nearest_point_of_the_hull():
     sim = Simulation(params)
     sim.reset(seeds=[5])
     seen = observation.observe(observation.features(params), sim.sensed, params)[0]
-    motion, outline = sim.sensed.estimate[0], complex_corners(params.vessel.corners)
+    motion, hull = sim.sensed.estimate[0], outline(complex_corners(params.vessel.corners))
     for boat in range(4):
         x, y, heading = motion[1 + boat, :3] - motion[0, :3]
-        vector = to_outline(outline, complex(x, y)) * np.exp(-1j * heading)
+        vector = to_outline(hull, complex(x, y)) * np.exp(-1j * heading)
         expected = np.array([vector.real, vector.imag])
         np.testing.assert_allclose(seen[boat, :2], expected / params.vessel.size, atol=1e-6)
         np.testing.assert_allclose(seen[boat, 2:], np.clip(expected / 0.1, -1, 1), atol=1e-5)

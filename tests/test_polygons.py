@@ -95,9 +95,10 @@ def test_nearest_point_of_an_outline_is_that_of_many_points_on_it(corners, x, y)
     outline, point = polygons.complex_corners(corners), complex(x, y)
     along = np.linspace(0, 1, 400)[:, None]
     sampled = outline + along * (np.roll(outline, -1) - outline)
-    offset = polygons.to_outline(outline, point)
+    edges = polygons.outline(outline)
+    offset = polygons.to_outline(edges, point)
     assert abs(offset) == approx(np.abs(sampled - point).min(), abs=1e-2)
-    assert abs(polygons.to_outline(outline, point + offset)) < 1e-9
+    assert abs(polygons.to_outline(edges, point + offset)) < 1e-9
     inside = polygons.contains(outline, point)
     turns = np.angle((np.roll(outline, -1) - point) / (outline - point)).sum() / (2 * math.pi)
     assert abs(offset) < 1e-6 or inside == (round(turns) == 1)
@@ -126,9 +127,9 @@ def test_crossings_are_where_a_line_enters_and_leaves():
 
 def test_inset_polygon_has_its_edges_at_the_margin():
     inner = polygons.inset(polygons.complex_corners(boat_hull(0.12, 0.065, 0.02)), 0.002)
-    outline = polygons.complex_corners(boat_hull(0.12, 0.065, 0.02))
+    outer = polygons.outline(polygons.complex_corners(boat_hull(0.12, 0.065, 0.02)))
     middles = (inner + np.roll(inner, -1)) / 2
-    assert [abs(polygons.to_outline(outline, point)) for point in middles] == approx([0.002] * 6)
+    assert [abs(polygons.to_outline(outer, point)) for point in middles] == approx([0.002] * 6)
 
 
 @pytest.mark.parametrize(("corners", "place"), [

@@ -13,7 +13,7 @@ import numpy as np
 
 from asv_env import geometry
 from asv_env.params import NOMINAL_LENGTH, EnvParams
-from asv_env.polygons import complex_corners, gap_to
+from asv_env.polygons import complex_corners, gap_to, outline
 from asv_env.presets import make_params
 from asv_env.simulation import Simulation
 from asv_env.tasks import starts
@@ -126,7 +126,7 @@ def _place_near_hull(motion: Float, params: EnvParams, rng: np.random.Generator)
     Where it is too crowded for the team, the boats stay where they are.
     """
     vessel, boat = params.vessel, params.boat
-    outline = complex_corners(vessel.corners)
+    hull = outline(complex_corners(vessel.corners))
     left, right, bottom, top = vessel.extents
     margin = MARGIN * vessel.size
     diagonal = np.hypot(boat.length, boat.width)
@@ -136,7 +136,7 @@ def _place_near_hull(motion: Float, params: EnvParams, rng: np.random.Generator)
         if len(placed) == params.num_boats:
             break
         point = rng.uniform((left - margin, bottom - margin), (right + margin, top + margin))
-        if gap_to(outline, complex(*point)) > clear and all(
+        if gap_to(hull, complex(*point)) > clear and all(
             np.hypot(*(point - boat)) > apart for boat in placed
         ):
             placed.append(point)

@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 from asv_env.compiled import compiled
 from asv_env.params import EnvParams
-from asv_env.polygons import complex_corners, contains, to_outline
-from asv_env.types import Complex, Float
+from asv_env.polygons import Outline, complex_corners, contains, outline, to_outline
+from asv_env.types import Float
 
 
 class Cover(NamedTuple):
     """Sizes that decide how hulls cover each other."""
 
     share: float  #: by which drag falls in contact
-    outline: Complex  #: (n,) corners of the vessel, m
+    outline: Outline  #: of the vessel
     stern: float  #: least u of the vessel, m
     bow: float  #: largest u of the vessel, m
     vessel_length: float  #: m
@@ -32,7 +32,7 @@ def cover(params: EnvParams) -> Cover:
     vessel, boat = params.vessel, params.boat
     stern, bow, _, _ = vessel.extents
     sizes = vessel.length, vessel.width, boat.length, boat.width
-    return Cover(params.water.shelter, complex_corners(vessel.corners), stern, bow, *sizes)
+    return Cover(params.water.shelter, outline(complex_corners(vessel.corners)), stern, bow, *sizes)
 
 
 @compiled
@@ -50,7 +50,7 @@ def facing(cover: Cover, x: float, y: float, cos: float, sin: float) -> tuple[fl
         Closeness (1 in contact, 0 from a gap of a boat's width on), and the parts of the side
         that faces the vessel in surge and in sway, which sum to 1.
     """
-    if contains(cover.outline, complex(x, y)):
+    if contains(cover.outline.end, complex(x, y)):
         return 1.0, 0.0, 0.0
     to_hull = to_outline(cover.outline, complex(x, y))
     dx, dy = -to_hull.real, -to_hull.imag

@@ -3,18 +3,17 @@
 ``NAMES`` tells what the columns are. A feature takes some of them, see ``Columns``.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from asv_env.compiled import allocating, compiled
+from asv_env.compiled import Bound, allocating, bound, compiled
 from asv_env.memo import by_identity
 from asv_env.params import EnvParams
 from asv_env.params.obstacle_params import grouping
-from asv_env.polygons import complex_corners, to_outline
+from asv_env.polygons import Outline, complex_corners, outline, to_outline
 from asv_env.sensing.nearest_obstacles import OBSTACLES, OF_OBSTACLE, put_obstacles
 from asv_env.tasks.laws import aim, around, direction_of, heading_error_of
 from asv_env.types import Bool, Complex, Float, Int, Observation, Sensed, given
@@ -71,14 +70,15 @@ class Known(NamedTuple):
 class Hull(NamedTuple):
     """The vessel as the boats know it."""
 
-    outline: Complex  #: (n,) corners, m
+    outline: Outline
     inverse_length: float  #: one over its size, 1/m
 
 
 @by_identity
 def hull(params: EnvParams) -> Hull:
     """Returns the vessel of an environment."""
-    return Hull(complex_corners(params.vessel.corners), 1.0 / params.vessel.size)
+    corners = complex_corners(params.vessel.corners)
+    return Hull(outline(corners), 1.0 / params.vessel.size)
 
 
 def known(sensed: Sensed, params: EnvParams) -> Known:
@@ -121,18 +121,18 @@ class Columns:
 
 
 class Plan(NamedTuple):
-    """Which columns of the table go where in an observation; read-only."""
+    """What the columns of an observation are; read-only."""
 
-    source: np.ndarray  #: (n,) columns of the table, uint64
-    target: np.ndarray  #: (n,) columns of the observation, uint64
-    factor: Float  #: (n,) on each column
-    bound: Float  #: (n,) to which it is clipped after that
+    source: np.ndarray  #: (K,) columns of the table, uint64: signed ones can be negative
+    factor: Float  #: (K,) on each column
+    bound: Float  #: (K,) to which it is clipped after that
 
 
-def plan(source: Sequence[int], target: Sequence[int], factor: ArrayLike, bound: ArrayLike) -> Plan:
-    """Returns a plan."""
-    columns = given(source, np.uint64), given(target, np.uint64)  # Signed ones can be negative.
-    return Plan(*columns, given(factor), given(bound))
+def book(params: EnvParams, source: ArrayLike, factor: ArrayLike, limit: ArrayLike) -> Bound:
+    """Returns the vessel and the plan by which ``fill`` fills observations; see ``Plan``."""
+    plan = Plan(given(source, np.uint64), given(factor), given(limit))
+    found: Bound = bound((hull(params), plan))
+    return found
 
 
 @compiled
@@ -171,7 +171,7 @@ def put_own(
     boat: int,
     heading: complex,
     vessel: complex,
-    outline: Complex,
+    outline: Outline,
     row: Float,
 ) -> None:
     """Writes the columns that are a boat's own, but for its neighbours.
@@ -267,9 +267,10 @@ def put_boats(
             x, y = known.estimate[view, boat + 1, 0], known.estimate[view, boat + 1, 1]
             columns = row[FIRST_OBSTACLE:FIRST_OF_VESSEL]
             put_obstacles(rows, known.groups, x, y, heading.conjugate(), gap, point, columns)
-        for k in range(len(plan.source)):
+        seen = out[boat]
+        for k in range(len(seen)):
             value, bound = row[plan.source[k]] * plan.factor[k], plan.bound[k]
-            out[boat, plan.target[k]] = min(max(value, -bound), bound)
+            seen[k] = min(max(value, -bound), bound)
 
 
 @allocating
@@ -279,8 +280,7 @@ def fill(
     worlds: Int,
     known: Known,
     own: bool,
-    hull: Hull,
-    plan: Plan,
+    book: Bound,
     out: Observation,
 ) -> None:
     """Writes columns of the table into observations of some worlds.
@@ -291,10 +291,10 @@ def fill(
         worlds: (n,) numbers of the worlds.
         known: what the boats know.
         own: whether each boat has a row of its own there, A in a world; else they share one.
-        hull: the vessel.
-        plan: which columns go where.
+        book: see ``book``.
         out: (n, A, K), of any float type.
     """
+    hull, plan = book.content
     neighbours = len(plan.source) > 0 and plan.source.max() >= FIRST_NEIGHBOUR
     count = NEIGHBOURS if neighbours else 0
     near, square, row = np.zeros(count, np.int64), np.zeros(count), np.zeros(WIDTH)
@@ -313,8 +313,7 @@ def fill(
 def table(sensed: Sensed, params: EnvParams) -> Float:
     """Returns all columns (W, A, n) of what is sensed."""
     columns = np.zeros((*sensed.slot.shape, WIDTH))
-    everything = plan(range(WIDTH), range(WIDTH), np.ones(WIDTH), np.full(WIDTH, np.inf))
+    everything = book(params, range(WIDTH), np.ones(WIDTH), np.full(WIDTH, np.inf))
     worlds = given(np.arange(len(columns)), np.int64)
-    seen, vessel = known(sensed, params), hull(params)
-    fill(0, len(columns), worlds, seen, False, vessel, everything, columns)
+    fill(0, len(columns), worlds, known(sensed, params), False, everything, columns)
     return columns

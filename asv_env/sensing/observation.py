@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from asv_env.checks import COMPLEX, REAL, FunctionError, values
+from asv_env.compiled import Bound
 from asv_env.memo import by_identity
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.registry import Registry
@@ -25,11 +26,9 @@ from asv_env.sensing.feature_table import (
     FIRST_OF_VESSEL,
     NEIGHBOURS,
     Columns,
-    Plan,
+    book,
     fill,
-    hull,
     known,
-    plan,
 )
 from asv_env.sensing.nearest_obstacles import OBSTACLES
 from asv_env.sensing.view import View
@@ -241,10 +240,10 @@ def observe(
     count = views // team if own else views
     chosen = given(np.arange(count) if worlds is None else worlds, np.int64)
     observed = np.empty((len(chosen), team, layout.width), dtype=np.float32)
-    seen, vessel = known(sensed, params), hull(params)
+    seen = known(sensed, params)
 
     def run(first: int, last: int, thread: int) -> None:
-        fill(first, last, chosen, seen, own, vessel, layout.plan, observed)
+        fill(first, last, chosen, seen, own, layout.book, observed)
 
     spread(run, len(chosen), num_threads)
     if layout.others:
@@ -269,7 +268,7 @@ class _Layout(NamedTuple):
     """Where the columns of features are in an observation."""
 
     width: int  #: number of columns
-    plan: Plan  #: those of the built-in ones
+    book: Bound  #: of the built-in ones, for ``fill``; the others' columns are zero in it
     #: the others, with the place, the factors and the bounds of their columns
     others: tuple[tuple[Feature, slice, Float, Observation], ...]
 
@@ -281,19 +280,16 @@ def _layout(features: Features, params: EnvParams) -> _Layout:
     scales = [sizes.get(scale, scale) for one in features for scale in one.scale]
     factor: Float = 1.0 / np.array(scales, dtype=np.float64)
     bound = bounds(features)
-    source: list[int] = []
-    target: list[int] = []
+    source, used = np.zeros(len(factor), np.uint64), np.zeros(len(factor))
     others, end = [], 0
     for one in features:
         width = len(one.scale)
         place, end = slice(end, end + width), end + width
         if isinstance(one.value, Columns) and len(one.value.names) == width:
-            source += one.value.places
-            target += range(place.start, end)
+            source[place], used[place] = one.value.places, 1.0
         else:
             others.append((one, place, factor[place], bound[place]))
-    built_in = plan(source, target, factor[target], bound[target])
-    return _Layout(end, built_in, tuple(others))
+    return _Layout(end, book(params, source, used * factor, bound), tuple(others))
 
 
 def _observe_others(

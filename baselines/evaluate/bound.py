@@ -16,7 +16,7 @@ import numpy as np
 
 from asv_env.geometry import plane
 from asv_env.params import EnvParams
-from asv_env.polygons import complex_corners, gap_to
+from asv_env.polygons import complex_corners, gap_to, outline
 from asv_env.tasks import starts
 from asv_env.tasks.termination import delivery_ticks
 from asv_env.types import Float, InitialState
@@ -80,8 +80,8 @@ def push_time(params: EnvParams, distance: Float) -> Float:
 def least_time(params: EnvParams, start: InitialState) -> float:
     """Returns the least time of an episode, s, from its initial state."""
     boats = plane(start.motion)[1:]
-    outline = complex_corners(params.vessel.corners)
-    nearest = min(gap_to(outline, boat) for boat in boats.tolist())
+    hull = outline(complex_corners(params.vessel.corners))
+    nearest = min(gap_to(hull, boat) for boat in boats.tolist())
     gap = max(0.0, nearest - params.boat.reach)
     distance = float(np.hypot(*(start.goal[:2] - start.motion[0, :2])))
     held = (delivery_ticks(params) - 1) / params.clock.control
