@@ -66,6 +66,15 @@ def gap_to(obstacle: Float, groups: Int, group: int, x: float, y: float) -> tupl
 
 
 @compiled
+def nearest_gap(obstacle: Float, groups: Int, x: float, y: float) -> float:
+    """Returns the distance of a point to the nearest group, m; 0 within one."""
+    nearest = math.inf
+    for group in range(len(groups) - 1):
+        nearest = min(nearest, gap_to(obstacle, groups, group, x, y)[0])
+    return nearest
+
+
+@compiled
 def crosses(
     ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float
 ) -> bool:

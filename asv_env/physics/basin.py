@@ -202,14 +202,17 @@ class Basin:
 
     def resize(self, world: int, size: Float) -> None:
         """Gives the boats of a world their lengths, by factors (A,) on the nominal ones."""
-        for boat in np.flatnonzero(size != self._size[world]).tolist():
+        changed = size != self._size[world]
+        if not changed.any():
+            return
+        for boat in np.flatnonzero(changed).tolist():
             (shape,) = self._bodies[world][1 + boat].shapes
             shape.unsafe_set_vertices([corner * size[boat].item() for corner in self._boat])
         self._size[world] = size
 
     def put_obstacles(self, world: int, rows: Float) -> None:
         """Places the obstacles of a world, (M, 5) rows of ``asv_env.capsules``."""
-        if np.array_equal(self._placed[world], rows):
+        if (self._placed[world] == rows).all():
             return
         self._placed[world] = rows
         shortest = SHORTEST * self._params.scale

@@ -85,7 +85,7 @@ def touch_heights(places: Float, u: Float, w: Float, boat: BoatParams) -> Float:
 
 
 @by_identity
-def _slot_table(params: EnvParams) -> Complex:
+def slot_table(params: EnvParams) -> Complex:
     """Returns the slots of every size of a team up to the whole one, in rows (2, A + 1, A).
 
     First those on the +n side, then those on the other.
@@ -207,7 +207,7 @@ def assign_slots(
     Returns:
         Whether slots of working boats have changed, (n,).
     """
-    known = given(motion), given(working, np.bool_), given(side), _slot_table(params)
+    known = given(motion), given(working, np.bool_), given(side), slot_table(params)
     found: Bool = _assign(given(worlds, np.int64), *known, slot)
     return found
 

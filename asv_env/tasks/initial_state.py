@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -41,16 +40,17 @@ def checked(start: Any, params: EnvParams, rng: np.random.Generator) -> InitialS
     """
     if not isinstance(start, InitialState):
         raise TypeError(f"initial states: {shown(start)}: return an asv_env.types.InitialState")
+    fields = dict(vars(start))
     if start.obstacle is None:
-        start = replace(start, obstacle=_obstacles(start, params, rng))
+        fields["obstacle"] = _obstacles(start, params, rng)
     if start.boat_size is None:
-        start = replace(start, boat_size=np.ones(params.num_boats))
+        fields["boat_size"] = np.ones(params.num_boats)
     shapes, low, high = _limits(params.num_boats, int(grouping(params).groups[-1]))
-    given = {name: _numbers(getattr(start, name), shapes[name]) for name in RANGES}
+    given = {name: _numbers(fields[name], shapes[name]) for name in RANGES}
     flat = np.concatenate([array.reshape(-1) for array in given.values()])
     fits = all(array.shape == shapes[name] for name, array in given.items())
     if not fits or not ((flat >= low) & (flat <= high)).all():
-        _refuse(start, given, shapes)
+        _refuse(fields, given, shapes)
     values: dict[str, Any] = {
         name: array if shapes[name] else array.item() for name, array in given.items()
     }
@@ -102,13 +102,13 @@ def _limits(team: int, rows: int) -> tuple[dict[str, tuple[int, ...]], Float, Fl
 
 
 def _refuse(
-    start: InitialState, given: Mapping[str, Float], shapes: Mapping[str, tuple[int, ...]]
+    fields: Mapping[str, Any], given: Mapping[str, Float], shapes: Mapping[str, tuple[int, ...]]
 ) -> None:
     """Refuses the first field that is of another shape or has a number out of range."""
     for name, array in given.items():
         (low, high), shape = RANGES[name], shapes[name]
         if array.shape != shape or not ((array >= low) & (array <= high)).all():
             raise ValueError(
-                f"initial states: {name} = {shown(getattr(start, name))}: must be of shape "
+                f"initial states: {name} = {shown(fields[name])}: must be of shape "
                 f"{shape}, all finite and in [{low:g}, {high:g}]"
             )

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from asv_env.capsules import POLYGON, clearance, encloses, gap_to, segment_distance
+from asv_env.capsules import POLYGON, clearance, encloses, nearest_gap, segment_distance
 from asv_env.compiled import allocating, compiled
 from asv_env.geometry import direction, xy
 from asv_env.params import EnvParams, HullParams
@@ -25,35 +25,60 @@ PUSHES = 40  #: steps of such a push that are looked at
 
 
 @compiled
-def blocks(free: Bool, obstacle: Float, first: int, last: int, low: Float, cell: float,
-           radius: float) -> None:  # fmt: skip
-    """Marks the cells of a grid in which a circle would touch a group of rows."""
-    west = south = math.inf
-    east = north = -math.inf
-    for k in range(first, last):
-        reach = obstacle[k, 4] + radius
-        west = min(west, obstacle[k, 0] - reach, obstacle[k, 2] - reach)
-        east = max(east, obstacle[k, 0] + reach, obstacle[k, 2] + reach)
-        south = min(south, obstacle[k, 1] - reach, obstacle[k, 3] - reach)
-        north = max(north, obstacle[k, 1] + reach, obstacle[k, 3] + reach)
+def cells_between(low: float, high: float, start: float, cell: float, count: int) -> range:
+    """Returns the cells of an axis, from ``start`` on, that an interval touches, and one more."""
+    first = min(max((low - start) / cell, 0.0), count)
+    return range(int(first), int(min(max((high - start) / cell + 1.0, 0.0), count)))
+
+
+@compiled
+def block_near(free: Bool, row: Float, low: Float, cell: float, radius: float) -> None:
+    """Marks the cells of a grid in which a circle would touch a row.
+
+    In each column it looks at the cells beside the part of the row that is near enough along x.
+    """
+    ax, ay, bx, by = row[0], row[1], row[2], row[3]
     columns, rows = free.shape
-    i_first = int(min(max((west - low[0]) / cell, 0.0), columns))
-    i_last = int(min(max((east - low[0]) / cell + 1.0, 0.0), columns))
-    j_first = int(min(max((south - low[1]) / cell, 0.0), rows))
-    j_last = int(min(max((north - low[1]) / cell + 1.0, 0.0), rows))
-    for i in range(i_first, i_last):
-        for j in range(j_first, j_last):
-            if not free[i, j]:
-                continue
-            x, y = low[0] + (i + 0.5) * cell, low[1] + (j + 0.5) * cell
-            for k in range(first, last):
-                row = obstacle[k]
-                gap = segment_distance(row[0], row[1], row[2], row[3], x, y) - row[4]
-                if gap < radius:
-                    free[i, j] = False
-                    break
-            if free[i, j] and last - first >= POLYGON:
-                free[i, j] = not encloses(obstacle, first, last, x, y)
+    west, east, reach = min(ax, bx), max(ax, bx), row[4] + radius
+    slope = (by - ay) / (bx - ax) if ax != bx else 0.0
+    for i in cells_between(west - reach, east + reach, low[0], cell, columns):
+        x = low[0] + (i + 0.5) * cell
+        start, end = ay, by
+        if ax != bx:
+            start = ay + slope * (min(max(x - reach, west), east) - ax)
+            end = ay + slope * (min(max(x + reach, west), east) - ax)
+        south, north = min(start, end) - reach, max(start, end) + reach
+        for j in cells_between(south, north, low[1], cell, rows):
+            y = low[1] + (j + 0.5) * cell
+            if free[i, j] and segment_distance(ax, ay, bx, by, x, y) - row[4] < radius:
+                free[i, j] = False
+
+
+@compiled
+def block_within(
+    free: Bool, obstacle: Float, first: int, last: int, low: Float, cell: float
+) -> None:
+    """Marks the cells of a grid within the polygon of rows ``first`` to ``last - 1``."""
+    columns, rows = free.shape
+    for j in range(rows):
+        y, west, east = low[1] + (j + 0.5) * cell, math.inf, -math.inf
+        for k in range(first, last):
+            ax, ay, bx, by = obstacle[k, 0], obstacle[k, 1], obstacle[k, 2], obstacle[k, 3]
+            if (ay > y) != (by > y):
+                west, east = min(west, ax, bx), max(east, ax, bx)
+        for i in cells_between(west, east, low[0], cell, columns):
+            if free[i, j] and encloses(obstacle, first, last, low[0] + (i + 0.5) * cell, y):
+                free[i, j] = False
+
+
+@compiled
+def visit(i: int, j: int, free: Bool, reached: Bool, stack: Int, count: int) -> int:
+    """Puts a cell on the stack if it is free and new; returns how many are on it."""
+    if free[i, j]:
+        free[i, j], reached[i, j] = False, True
+        stack[count, 0], stack[count, 1] = i, j
+        count += 1
+    return count
 
 
 @allocating
@@ -75,27 +100,29 @@ def flooded(
         y: of the point, m.
     """
     free = np.ones((columns, rows), np.bool_)
+    for row in range(len(obstacle)):
+        block_near(free, obstacle[row], low, cell, radius + 0.5 * cell)
     for group in range(len(groups) - 1):
-        blocks(free, obstacle, groups[group], groups[group + 1], low, cell, radius + 0.5 * cell)
+        first, last = groups[group], groups[group + 1]
+        if last - first >= POLYGON:
+            block_within(free, obstacle, first, last, low, cell)
     reached = np.zeros((columns, rows), np.bool_)
-    stack = np.empty((columns * rows + 25, 2), np.int64)
+    stack = np.empty((columns * rows, 2), np.int64)
     i, j, count = int((x - low[0]) / cell), int((y - low[1]) / cell), 0
     for column in range(max(i - 2, 0), min(i + 3, columns)):
         for row in range(max(j - 2, 0), min(j + 3, rows)):
-            if free[column, row]:
-                reached[column, row] = True
-                stack[count] = column, row
-                count += 1
+            count = visit(column, row, free, reached, stack, count)
     while count:
         count -= 1
         i, j = stack[count, 0], stack[count, 1]
-        for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            column, row = i + di, j + dj
-            inside = 0 <= column < columns and 0 <= row < rows
-            if inside and free[column, row] and not reached[column, row]:
-                reached[column, row] = True
-                stack[count] = column, row
-                count += 1
+        if i > 0:
+            count = visit(i - 1, j, free, reached, stack, count)
+        if i + 1 < columns:
+            count = visit(i + 1, j, free, reached, stack, count)
+        if j > 0:
+            count = visit(i, j - 1, free, reached, stack, count)
+        if j + 1 < rows:
+            count = visit(i, j + 1, free, reached, stack, count)
     return reached
 
 
@@ -174,12 +201,8 @@ class Waters:
 
     def free(self, x: float, y: float) -> bool:
         """Returns whether a boat can begin at a point, and reach the vessel from there."""
-        groups = self._grouping.groups
-        radius = self.params.boat.reach
-        return self._of_boat.holds(x, y) and all(
-            gap_to(self.obstacle, groups, group, x, y)[0] > radius
-            for group in range(len(groups) - 1)
-        )
+        gap = nearest_gap(self.obstacle, self._grouping.groups, x, y)
+        return gap > self.params.boat.reach and self._of_boat.holds(x, y)
 
     @cached_property
     def _of_vessel(self) -> Grid:

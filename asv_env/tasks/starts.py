@@ -2,14 +2,15 @@
 
 import cmath
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
 import numpy as np
 
+from asv_env.memo import by_identity
 from asv_env.params import SMALLEST_CAGE, EnvParams
-from asv_env.params.obstacle_params import Shape, grouped, grouping, rows, sampled
+from asv_env.params.obstacle_params import grouped, grouping, rows, sampled
 from asv_env.tasks import formation
 from asv_env.tasks.reachability import Waters
 from asv_env.text import shown
@@ -38,7 +39,7 @@ def scattered(params: EnvParams, rng: np.random.Generator, goal: Float | None) -
     boats, headings = _scattered(params, rng, waters)
     motion[1:, 0], motion[1:, 1], motion[1:, 2] = boats.real, boats.imag, headings
     variation = _variation(params, rng)
-    return InitialState(motion, goal, side, **variation, obstacle=waters.obstacle)
+    return InitialState(motion, goal, side, **variation, obstacle=waters.obstacle.copy())
 
 
 def in_slots(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> InitialState:
@@ -47,7 +48,7 @@ def in_slots(params: EnvParams, rng: np.random.Generator, goal: Float | None) ->
     motion = np.zeros((1 + params.num_boats, 6))
     variation = _variation(params, rng)
     put_into_slots(motion, params, side, variation.get("boat_size"))
-    return InitialState(motion, goal, side, **variation, obstacle=waters.obstacle)
+    return InitialState(motion, goal, side, **variation, obstacle=waters.obstacle.copy())
 
 
 def put_into_slots(
@@ -58,7 +59,8 @@ def put_into_slots(
     They are on the vessel's +n or -n side, which is +1 or -1. Boats whose lengths are ``size`` (A,)
     times the nominal ones are as near to the vessel as nominal ones.
     """
-    boats = formation.slots(params, params.num_boats, side) + 1j * side * PUSH_GAP * params.scale
+    slots = formation.slot_table(params)[0 if side > 0 else 1, -1]
+    boats = slots + 1j * side * PUSH_GAP * params.scale
     if size is not None:
         longer = 0.5j * side * params.boat.length * (size - 1)
         boats += longer
@@ -80,17 +82,15 @@ def _waters(
     Raises:
         ValueError: it never can.
     """
-    shapes, fixed = params.obstacles, given is not None or params.task.goal is not None
-    layout = not isinstance(shapes, tuple)
+    fixed = given is not None or params.task.goal is not None
+    layout = not isinstance(params.obstacles, tuple)
     problem: str | None = None
-    for _ in range(LAYOUTS if layout or (shapes and not fixed) else 1):
+    for _ in range(LAYOUTS if layout or (params.obstacles and not fixed) else 1):
         goal = _goal(params, rng, given)
         side = _side(params, goal)
-        if layout:
-            shapes = sampled(params, rng, tuple(goal.tolist()), side)
-        waters = Waters(params, _rows(params, shapes))
-        problem = waters.problem(goal, side) if shapes else None
-        if problem is None and shapes and starts_grasped:
+        waters = _sampled(params, rng, goal, side) if layout else _fixed(params)
+        problem = waters.problem(goal, side) if params.obstacles else None
+        if problem is None and params.obstacles and starts_grasped:
             problem = _problem_of_slots(params, waters, side)
         if problem is None:
             return goal, side, waters
@@ -101,12 +101,19 @@ def _waters(
     )
 
 
-def _rows(params: EnvParams, shapes: Sequence[Shape]) -> Float:
-    """Returns the rows of shapes and walls.
+@by_identity
+def _fixed(params: EnvParams) -> Waters:
+    """Returns the water between obstacles that are the same in every episode."""
+    return Waters(params, rows(params, params.obstacles))
+
+
+def _sampled(params: EnvParams, rng: np.random.Generator, goal: Float, side: float) -> Waters:
+    """Returns the water between the obstacles that a layout samples.
 
     Raises:
-        ValueError: a layout has returned other kinds of shapes than before.
+        ValueError: the layout has returned other kinds of shapes than before.
     """
+    shapes = sampled(params, rng, tuple(goal.tolist()), side)
     groups, expected = grouped(params, shapes).groups, grouping(params).groups
     if not np.array_equal(groups, expected):
         raise ValueError(
@@ -114,7 +121,7 @@ def _rows(params: EnvParams, shapes: Sequence[Shape]) -> Float:
             f"{groups[-1]} edges, and {len(expected) - 1} with {expected[-1]} before; return as "
             "many of the same kinds in every episode"
         )
-    return rows(params, shapes)
+    return Waters(params, rows(params, shapes))
 
 
 def _problem_of_slots(params: EnvParams, waters: Waters, side: float) -> str | None:
