@@ -36,11 +36,11 @@ STEPS, BATCH, TIME_LIMIT = 128, 4096, 30.0  #: of the README's snippet
 class Options:
     """Trains the README's snippet with several seeds, and keeps the learning curves."""
 
-    rows: int = 3_000_000  #: decisions of single boats for which each policy is trained
+    rows: int = 2_000_000  #: decisions of single boats for which each policy is trained
     seeds: int = 3  #: number of trainings
     every: int = 8  #: updates between evaluations
     episodes: int = 100  #: episodes of an evaluation
-    torch_threads: int = 2  #: threads of torch
+    torch_threads: int = 1  #: threads of torch
     out: FilePath = Path("docs/training")  #: folder of the trainings, ``easy-push-0`` and so on
 
     def __post_init__(self) -> None:

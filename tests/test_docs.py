@@ -12,7 +12,7 @@ from baselines.reproduce.paper_page import TABLES, updated
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SHORTER = {
-    "3_000_000": "512",
+    "2_000_000": "512",
     "episodes=20": "episodes=1",
     "episodes=4": "episodes=1",
     "num_envs=64": "num_envs=4",
