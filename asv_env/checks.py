@@ -131,6 +131,8 @@ def nearest(value: object, names: Sequence[str]) -> str:
 
 def finite(value: Any) -> float | None:
     """Returns a real, finite number as a float; None for anything else, truth values too."""
+    if type(value) is float:  # The tests below take many times as long.
+        return value if math.isfinite(value) else None
     number = plain(value)
     if isinstance(number, bool) or not isinstance(number, Real):
         return None

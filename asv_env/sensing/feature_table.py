@@ -240,7 +240,6 @@ def put_boats(
     near: Int,
     square: Float,
     gap: Float,
-    point: Complex,
     row: Float,
     out: Observation,
 ) -> None:
@@ -255,7 +254,7 @@ def put_boats(
     if obstacles:
         x, y = known.estimate[view, 0, 0], known.estimate[view, 0, 1]
         columns = row[FIRST_OF_VESSEL:]
-        put_obstacles(rows, known.groups, x, y, vessel.conjugate(), gap, point, columns)
+        put_obstacles(rows, known.groups, x, y, vessel.conjugate(), gap, columns)
     for boat in range(first, last):
         heading = direction_of(known.estimate[view, boat + 1, 2])
         put_own(known, view, boat, heading, vessel, hull.outline, row)
@@ -266,7 +265,7 @@ def put_boats(
         if obstacles:
             x, y = known.estimate[view, boat + 1, 0], known.estimate[view, boat + 1, 1]
             columns = row[FIRST_OBSTACLE:FIRST_OF_VESSEL]
-            put_obstacles(rows, known.groups, x, y, heading.conjugate(), gap, point, columns)
+            put_obstacles(rows, known.groups, x, y, heading.conjugate(), gap, columns)
         seen = out[boat]
         for k in range(len(seen)):
             value, bound = row[plan.source[k]] * plan.factor[k], plan.bound[k]
@@ -298,8 +297,8 @@ def fill(
     neighbours = len(plan.source) > 0 and plan.source.max() >= FIRST_NEIGHBOUR
     count = NEIGHBOURS if neighbours else 0
     near, square, row = np.zeros(count, np.int64), np.zeros(count), np.zeros(WIDTH)
-    gap, point = np.zeros(OBSTACLES), np.zeros(OBSTACLES, np.complex128)
-    memory, team = (near, square, gap, point, row), known.slot.shape[1]
+    gap = np.empty(len(known.groups) - 1)
+    memory, team = (near, square, gap, row), known.slot.shape[1]
     for place in range(first, last):
         world, seen = worlds[place], out[place]
         if not own:

@@ -17,6 +17,7 @@ from asv_env.memo import by_identity
 from asv_env.params import EnvParams
 from asv_env.params.obstacle_params import Circle, Polygon, Segment, Shape
 from asv_env.tasks import formation
+from asv_env.tasks.sampling import between
 
 Pose = tuple[float, ...]  #: x m, y m, heading rad
 Size = Annotated[float, Number(0.01, 100.0)]
@@ -70,9 +71,9 @@ class Pillars:
         frame = cmath.exp(1j * cmath.phase(end)) if end else 1.0
         pillars: list[tuple[complex, float]] = []
         for _ in range(self.count):
-            radius = length * rng.uniform(*self.radius)
+            radius = length * between(rng, *self.radius)
             for _ in range(TRIES):
-                x, y = rng.uniform(-ends, ends), rng.uniform(-spread, spread)
+                x, y = between(rng, -ends, ends), between(rng, -spread, spread)
                 centre = end / 2 + complex(x, y) * frame
                 free = min(abs(centre), abs(centre - end)) > apart + radius
                 if free and all(

@@ -13,6 +13,7 @@ from asv_env.params import SMALLEST_CAGE, EnvParams
 from asv_env.params.obstacle_params import grouped, grouping, rows, sampled
 from asv_env.tasks import formation
 from asv_env.tasks.reachability import Waters
+from asv_env.tasks.sampling import between
 from asv_env.text import shown
 from asv_env.types import Complex, Float, InitialState, Int
 
@@ -143,7 +144,7 @@ def _goal(params: EnvParams, rng: np.random.Generator, goal: Float | None) -> Fl
     bound = _bound(params, params.vessel.size / 2)
     turn = params.task.goal_turn
     for x, y in _goal_places(params, rng, near, far, bound):
-        pose = (x, y, _between(rng, -turn, turn))
+        pose = (x, y, between(rng, -turn, turn))
         if params.goal_fits(pose):
             return np.array(pose)
     raise ValueError(
@@ -165,9 +166,9 @@ def _goal_places(
         yield from _places(rng, near, far, bound)
         return
     for _ in range(TRIES):
-        radius = math.sqrt(_between(rng, near**2, far**2))
+        radius = math.sqrt(between(rng, near**2, far**2))
         ahead = AHEAD.get(side) or (-1j, 1j)[int(rng.integers(2))]
-        place = radius * ahead * cmath.exp(1j * _between(rng, -widest, widest))
+        place = radius * ahead * cmath.exp(1j * between(rng, -widest, widest))
         if max(abs(place.real), abs(place.imag)) <= bound:
             yield place.real, place.imag
 
@@ -183,17 +184,12 @@ def _places(
     if near > math.sqrt(2) * bound:
         return
     for _ in range(TRIES if hits >= 1 else 0):
-        x, y = _between(rng, -far, far), _between(rng, -far, far)
+        x, y = between(rng, -far, far), between(rng, -far, far)
         if near <= math.hypot(x, y) <= far and max(abs(x), abs(y)) <= bound:
             yield x, y
     for _ in range(TRIES):
         place = _in_ring(rng, near, far, bound)
         yield place.real, place.imag
-
-
-def _between(rng: np.random.Generator, low: float, high: float) -> float:
-    """Samples a number as ``rng.uniform(low, high)`` does, in a tenth of the time."""
-    return low + (high - low) * rng.random()
 
 
 def _in_ring(rng: np.random.Generator, near: float, far: float, bound: float) -> complex:
@@ -210,11 +206,11 @@ def _in_ring(rng: np.random.Generator, near: float, far: float, bound: float) ->
     far = min(far, math.sqrt(2) * bound)
     first, last = limits(near)
     while True:
-        radius = min(max(near, math.sqrt(_between(rng, near**2, far**2))), far)
+        radius = min(max(near, math.sqrt(between(rng, near**2, far**2))), far)
         low, high = limits(radius)
         if rng.random() * (last - first) <= high - low:
             quadrant: complex = 1j ** int(rng.integers(4))
-            return radius * quadrant * cmath.exp(1j * _between(rng, low, high))
+            return radius * quadrant * cmath.exp(1j * between(rng, low, high))
 
 
 def _side(params: EnvParams, goal: Float) -> float:
@@ -244,8 +240,8 @@ def _scattered(
         if attempt == TRIES and found > TRIES / 100:
             break  # It is crowded.
         if attempt < TRIES:
-            radius = math.sqrt(_between(rng, near**2, far**2))
-            candidate = radius * cmath.exp(1j * _between(rng, -np.pi, np.pi))
+            radius = math.sqrt(between(rng, near**2, far**2))
+            candidate = radius * cmath.exp(1j * between(rng, -np.pi, np.pi))
         else:  # Hardly any of the ring lies within the bound.
             candidate = _in_ring(rng, near, far, bound)
         inside = max(abs(candidate.real), abs(candidate.imag)) <= bound
@@ -302,19 +298,19 @@ def _variation(params: EnvParams, rng: np.random.Generator) -> dict[str, Any]:
         share = rng.random(shape)  # is drawn without a width too, so that others stay the same
         return 1.0 + (2.0 * width * share - width) if width else np.ones(shape)
 
-    def between(interval: tuple[float, float] | None, nominal: float) -> float:
-        return nominal if interval is None else _between(rng, *interval)
+    def sampled_or(interval: tuple[float, float] | None, nominal: float) -> float:
+        return nominal if interval is None else between(rng, *interval)
 
     varied: dict[str, Any] = {
         "thrust_gain": gain(spread.thrust, team, 2) * _bias(spread.thrust_bias),
-        "lag": between(spread.lag, params.boat.lag),
+        "lag": sampled_or(spread.lag, params.boat.lag),
         "drag_gain": gain(spread.drag, 1 + team),
         "mass_gain": gain(spread.mass, 1 + team),
-        "friction": between(spread.friction, params.water.contact_friction),
+        "friction": sampled_or(spread.friction, params.water.contact_friction),
         "failure_tick": _failures(params, rng),
     }
     if spread.load is not None:
-        varied["mass_gain"][0] *= _between(rng, *spread.load)
+        varied["mass_gain"][0] *= between(rng, *spread.load)
     if spread.boat_size:
         varied["boat_size"] = 1.0 + spread.boat_size * (2.0 * rng.random(team) - 1.0)
     return varied
