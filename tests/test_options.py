@@ -71,13 +71,17 @@ def run(params, ticks):
     return np.array(motions), simulation.state
 
 
+@pytest.mark.parametrize("option", OPTIONS)
+def test_options_are_seeded_to_the_bit(option):
+    params = make_params("transport", **OPTIONS[option])
+    np.testing.assert_array_equal(run(params, 4)[0], run(params, 4)[0])
+
+
 @pytest.mark.parametrize("pair", PAIRS)
-def test_pairs_run_with_the_scripted_policy_and_are_seeded_to_the_bit(pair):
+def test_pairs_run_with_the_scripted_policy_and_are_drawn(pair):
     task = "push" if len(pair) % 2 else "transport"
     params = make_params(task, **PAIRS[pair])
-    motions, state = run(params, 4)
-    again, _ = run(params, 4)
-    np.testing.assert_array_equal(motions, again)
+    motions, state = run(params, 3)
     assert np.isfinite(motions).all()
     frame = Viewer(params, size=(240, 240)).draw(state)
     assert len(np.unique(frame.reshape(-1, 3), axis=0)) > 20
