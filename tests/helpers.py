@@ -212,3 +212,15 @@ def same(one, other):
             return all(map(same, one.flat, other.flat))
         return one.tobytes() == other.tobytes() or np.array_equal(one, other, equal_nan=True)
     return one == other or (one != one and other != other)
+
+
+def play(sim, ticks, seed=0):
+    """All that comes of random actions; worlds that end begin their next episode."""
+    rng, seen = np.random.default_rng(seed), []
+    for _ in range(ticks):
+        step = sim.step(rng.uniform(-0.3, 1.0, sim.state.thrust.shape))
+        over = step.ending.terminated | step.ending.truncated
+        seen += [step.observation, step.reward, *vars(sim.sensed).values()]
+        if over.any():
+            seen.append(sim.reset(over))
+    return seen

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from helpers import copied, same
+from helpers import copied, play, same
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -321,18 +321,6 @@ def test_without_noise_what_comes_is_exact():
 
 
 # ------------------------------------------------------------ worlds and copies
-
-
-def play(sim, ticks, seed=0):
-    """All that comes of random actions; worlds that end begin their next episode."""
-    rng, seen = np.random.default_rng(seed), []
-    for _ in range(ticks):
-        step = sim.step(rng.uniform(-0.3, 1.0, sim.state.thrust.shape))
-        over = step.ending.terminated | step.ending.truncated
-        seen += [step.observation, step.reward, *vars(sim.sensed).values()]
-        if over.any():
-            seen.append(sim.reset(over))
-    return seen
 
 
 def test_a_world_is_known_the_same_in_every_batch():

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from helpers import begin_at, bodies, copied, decide, same
+from helpers import begin_at, bodies, copied, decide, play, same
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -370,17 +370,6 @@ def test_the_scripted_team_delivers_while_each_boat_sees_for_itself():
 
 
 # ------------------------------------------------------------ worlds, threads and copies
-
-
-def play(sim, ticks, seed=0):
-    rng, seen = np.random.default_rng(seed), []
-    for _ in range(ticks):
-        step = sim.step(rng.uniform(-0.3, 1.0, sim.state.thrust.shape))
-        over = step.ending.terminated | step.ending.truncated
-        seen += [step.observation, step.reward, *vars(sim.sensed).values()]
-        if over.any():
-            seen.append(sim.reset(over))
-    return seen
 
 
 def test_a_world_is_known_the_same_in_every_batch():

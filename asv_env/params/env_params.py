@@ -144,14 +144,8 @@ class EnvParams:
                     f"{name}: {size:g} m are more than {MOST_LENGTHS[kind]:g} times "
                     f"vessel.length = {vessel.length:g} m; make them smaller or the vessel longer"
                 )
-        force = (
-            2
-            * boat.thrust
-            * vary.largest_thrust
-            / (1 - vary.mass)
-            / (1 - vary.boat_size) ** 5
-            / self.clock.control**2
-        )
+        lightest = (1 - vary.mass) * (1 - vary.boat_size) ** 5  # Inertia falls most.
+        force = 2 * boat.thrust * vary.largest_thrust / lightest / self.clock.control**2
         leap, turn = force / boat.masses[0], force * boat.lever_arm / boat.total_inertia
         if leap > LEAP * task.arena or turn > SPIN:
             raise ValueError(

@@ -14,7 +14,7 @@ import numpy as np
 from asv_env.checks import Pair, called, check_fields, choice, numbers, plain
 from asv_env.memo import by_identity
 from asv_env.params.ranges import FAR, Distance, DistanceOrZero
-from asv_env.polygons import is_simple
+from asv_env.polygons import area, is_simple
 from asv_env.text import shown
 from asv_env.types import Float, Int
 
@@ -86,25 +86,22 @@ def _corners(given: Any) -> tuple[tuple[float, float], ...]:
     """Returns corners of a polygon as pairs of floats; ValueError where they are none."""
     items = plain(given)
     listed = list(items) if isinstance(items, Sequence) and not isinstance(items, str) else []
-    pairs = [pair for item in listed if (pair := numbers(item, 2))]
+    pairs = [(pair[0], pair[1]) for item in listed if (pair := numbers(item, 2))]
     if len(pairs) != len(listed) or not 3 <= len(pairs) <= MOST_ROWS:
         raise ValueError(
             f"Polygon.corners = {shown(given)}: give three or more corners (x, y), finite, m"
         )
-    x, y = np.array(pairs).T
-    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-    if not area > 1e-12:
+    if not abs(area(pairs)) > 1e-12:
         raise ValueError(
             f"Polygon.corners = {shown(given)}: the polygon has no area; give its corners in "
             "order, or a Segment"
         )
-    corners = tuple((float(a), float(b)) for a, b in pairs)
-    if not is_simple(corners):
+    if not is_simple(pairs):
         raise ValueError(
             f"Polygon.corners = {shown(given)}: the outline crosses or touches itself; give the "
             "corners in their order round the obstacle"
         )
-    return corners
+    return tuple(pairs)
 
 
 def checked(given: Any) -> tuple[Shape, ...] | Layout:

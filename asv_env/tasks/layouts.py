@@ -44,6 +44,12 @@ def _point(z: complex) -> tuple[float, float]:
     return z.real, z.imag
 
 
+def _way(goal: Pose) -> tuple[complex, complex]:
+    """Returns the place of a goal, m, and the direction of the way there from the origin."""
+    end = complex(*goal[:2])
+    return end, cmath.exp(1j * cmath.phase(end)) if end else 1.0
+
+
 @dataclass(frozen=True)
 class Pillars:
     """Round pillars scattered round the straight line from the start to the goal."""
@@ -63,12 +69,11 @@ class Pillars:
         self, params: EnvParams, rng: np.random.Generator, goal: Pose, side: float
     ) -> Sequence[Shape]:
         """Returns the pillars."""
-        length, end = params.vessel.size, complex(*goal[:2])
+        length, (end, frame) = params.vessel.size, _way(goal)
         along, ahead, behind = team_reach(params)
         apart = math.hypot(along, max(ahead, behind)) + self.clear * length
         spread = self.spread * length
         ends = abs(end) / 2 + spread
-        frame = cmath.exp(1j * cmath.phase(end)) if end else 1.0
         pillars: list[tuple[complex, float]] = []
         for _ in range(self.count):
             radius = length * between(rng, *self.radius)
@@ -101,8 +106,7 @@ class Channel:
         self, params: EnvParams, rng: np.random.Generator, goal: Pose, side: float
     ) -> Sequence[Shape]:
         """Returns the two banks."""
-        length, end = params.vessel.size, complex(*goal[:2])
-        frame = cmath.exp(1j * cmath.phase(end)) if end else 1.0
+        length, (end, frame) = params.vessel.size, _way(goal)
         before, after = -self.ends * length, abs(end) + self.ends * length
         along = np.concatenate([[before], np.linspace(0.0, abs(end), self.knots + 2), [after]])
         middle = np.zeros(len(along))
