@@ -4,10 +4,12 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from itertools import count
 
 from asv_env.checks import Whole
 
 WORLDS_PER_THREAD = 64  #: fewest worlds for which another thread pays
+RANGES = 8  #: ranges of worlds a thread takes one after the other, at most
 MOST_THREADS = 256  #: largest number of threads
 
 
@@ -28,14 +30,24 @@ def checked(num_threads: int | None, num_worlds: int) -> int:
 
 
 def spread(task: Callable[[int, int, int], None], num_worlds: int, num_threads: int) -> None:
-    """Calls ``task(first, last, thread)`` for ranges of worlds that make up all, side by side."""
+    """Calls ``task(first, last, thread)`` for ranges of worlds that make up all, side by side.
+
+    There are more ranges than threads, and each thread takes the next one when it has done its
+    last: some worlds have more contacts than others.
+    """
     if num_threads == 1:
         task(0, num_worlds, 0)
         return
-    edges = [num_worlds * thread // num_threads for thread in range(num_threads + 1)]
-    ranges = list(zip(edges, edges[1:], range(num_threads), strict=False))
-    others = [_pool(num_threads - 1, os.getpid()).submit(task, *each) for each in ranges[1:]]
-    task(*ranges[0])
+    ranges = min(num_threads * RANGES, max(num_threads, num_worlds // WORLDS_PER_THREAD))
+    following = count()
+
+    def work(thread: int) -> None:
+        while (turn := next(following)) < ranges:
+            task(num_worlds * turn // ranges, num_worlds * (turn + 1) // ranges, thread)
+
+    pool = _pool(num_threads - 1, os.getpid())
+    others = [pool.submit(work, thread) for thread in range(1, num_threads)]
+    work(0)
     for other in others:
         other.result()
 
