@@ -82,33 +82,54 @@ def reach(corners: Corners) -> float:
 
 def is_simple(corners: Corners) -> bool:
     """Returns whether no edge meets another one but at their common corner."""
-    points, along = edges(corners)
-    count = len(points)
-    first, second = np.triu_indices(count, 1)
-    adjacent = (second - first == 1) | (second - first == count - 1)
-    return not (_meet(points, along, first, second) & ~adjacent).any() and not _folds(along)
+    return bool(_is_simple(complex_corners(corners)))
 
 
-def _meet(points: Float, along: Float, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Returns which pairs of edges have a point in common."""
-    a, b, c, d = points[first], along[first], points[second], along[second]
+@compiled
+def _is_simple(corners: Complex) -> bool:
+    count = len(corners)
+    for i in range(count):
+        a, b = corners[i], corners[(i + 1) % count]
+        for k in range(i + 1, count):
+            c, d = corners[k], corners[(k + 1) % count]
+            if k == i + 1:
+                meets = _folds(a, b, d)
+            elif k - i == count - 1:
+                meets = _folds(c, d, b)
+            else:
+                meets = _meet(a, b, c, d)
+            if meets:
+                return False
+    return True
 
-    def side(start: Float, direction: Float, point: Float) -> Float:
-        return np.sign(_cross(direction, point - start))
 
-    across = side(a, b, c) * side(a, b, c + d) <= 0
-    across &= side(c, d, a) * side(c, d, a + b) <= 0
+@compiled
+def _cross_sign(one: complex, other: complex) -> int:
+    cross = one.real * other.imag - one.imag * other.real
+    return int(cross > 0.0) - int(cross < 0.0)
+
+
+@compiled
+def _meet(a: complex, b: complex, c: complex, d: complex) -> bool:
+    """Returns whether the edges from a to b and from c to d have a point in common."""
+    if _cross_sign(b - a, c - a) * _cross_sign(b - a, d - a) > 0:
+        return False
+    if _cross_sign(d - c, a - c) * _cross_sign(d - c, b - c) > 0:
+        return False
     # Edges on one line meet where their boxes do.
-    low, high = np.minimum(a, a + b), np.maximum(a, a + b)
-    overlap = (np.minimum(c, c + d) <= high) & (np.maximum(c, c + d) >= low)
-    return across & overlap.all(axis=1)
+    along_x = min(c.real, d.real) <= max(a.real, b.real)
+    along_x &= max(c.real, d.real) >= min(a.real, b.real)
+    along_y = min(c.imag, d.imag) <= max(a.imag, b.imag)
+    along_y &= max(c.imag, d.imag) >= min(a.imag, b.imag)
+    return along_x and along_y
 
 
-def _folds(along: Float) -> bool:
-    """Returns whether an edge goes straight back on the one before it."""
-    following = np.roll(along, -1, axis=0)
-    back = (along * following).sum(axis=1) < 0
-    return bool((back & (_cross(along, following) == 0)).any())
+@compiled
+def _folds(a: complex, b: complex, c: complex) -> bool:
+    """Returns whether the edge from b to c goes straight back on the one from a to b."""
+    one, other = b - a, c - b
+    ahead = one.real * other.real + one.imag * other.imag
+    return ahead < 0.0 and _cross_sign(one, other) == 0
 
 
 def is_convex(corners: Corners) -> bool:

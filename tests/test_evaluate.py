@@ -10,11 +10,11 @@ from command_line import SHORT, TINY, WHOLE, refused, rows, run
 
 from asv_env import PRESETS, SCENARIOS, TASKS
 from baselines.evaluate.request import FILES
-from baselines.evaluate.results import HEADS
 from baselines.evaluate.store import NAME as STORE
 from baselines.evaluate.store import Store, _checksum
 from baselines.evaluate.suites import SUITES
 from baselines.policy import POLICIES
+from baselines.rollout.episodes import COLUMNS
 
 pytestmark = pytest.mark.usefixtures("no_report")
 
@@ -33,7 +33,7 @@ def test_every_policy_meets_the_same_seeds_in_order(results):
 
 
 def test_columns_are_empty_where_they_do_not_apply(results):
-    assert (results / "episodes.csv").read_text().splitlines()[0] == ",".join(HEADS)
+    assert (results / "episodes.csv").read_text().splitlines()[0] == ",".join(COLUMNS)
     idle = next(row for row in rows(results) if row.policy == "idle")
     assert not idle.success
     assert idle.cause == "never near"

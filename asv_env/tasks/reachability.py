@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from asv_env.capsules import POLYGON, clearance, encloses, nearest_gap, segment_distance
+from asv_env.capsules import clearance, nearest_gap, segment_distance
 from asv_env.compiled import allocating, compiled
 from asv_env.geometry import direction, xy
 from asv_env.params import EnvParams, HullParams
@@ -55,23 +55,6 @@ def block_near(free: Bool, row: Float, low: Float, cell: float, radius: float) -
 
 
 @compiled
-def block_within(
-    free: Bool, obstacle: Float, first: int, last: int, low: Float, cell: float
-) -> None:
-    """Marks the cells of a grid within the polygon of rows ``first`` to ``last - 1``."""
-    columns, rows = free.shape
-    for j in range(rows):
-        y, west, east = low[1] + (j + 0.5) * cell, math.inf, -math.inf
-        for k in range(first, last):
-            ax, ay, bx, by = obstacle[k, 0], obstacle[k, 1], obstacle[k, 2], obstacle[k, 3]
-            if (ay > y) != (by > y):
-                west, east = min(west, ax, bx), max(east, ax, bx)
-        for i in cells_between(west, east, low[0], cell, columns):
-            if free[i, j] and encloses(obstacle, first, last, low[0] + (i + 0.5) * cell, y):
-                free[i, j] = False
-
-
-@compiled
 def visit(i: int, j: int, free: Bool, reached: Bool, stack: Int, count: int) -> int:
     """Puts a cell on the stack if it is free and new; returns how many are on it."""
     if free[i, j]:
@@ -83,14 +66,15 @@ def visit(i: int, j: int, free: Bool, reached: Bool, stack: Int, count: int) -> 
 
 @allocating
 def flooded(
-    obstacle: Float, groups: Int, low: Float, cell: float, columns: int, rows: int,
-    radius: float, x: float, y: float,
+    obstacle: Float, low: Float, cell: float, columns: int, rows: int, radius: float,
+    x: float, y: float,
 ) -> Bool:  # fmt: skip
-    """Returns the cells (columns, rows) that a circle reaches from a point.
+    """Returns the cells (columns, rows) that a circle reaches from a point in the water.
+
+    Nothing gets into a polygon past its edges, so that the cells within are not looked at.
 
     Args:
         obstacle: (M, 5) rows.
-        groups: (G + 1,) first rows of the groups.
         low: (2,) lower left corner of the grid, m.
         cell: side of a cell, m.
         columns: number of cells along x.
@@ -102,10 +86,6 @@ def flooded(
     free = np.ones((columns, rows), np.bool_)
     for row in range(len(obstacle)):
         block_near(free, obstacle[row], low, cell, radius + 0.5 * cell)
-    for group in range(len(groups) - 1):
-        first, last = groups[group], groups[group + 1]
-        if last - first >= POLYGON:
-            block_within(free, obstacle, first, last, low, cell)
     reached = np.zeros((columns, rows), np.bool_)
     stack = np.empty((columns * rows, 2), np.int64)
     i, j, count = int((x - low[0]) / cell), int((y - low[1]) / cell), 0
@@ -224,5 +204,6 @@ class Waters:
         half = min(half, params.task.arena, params.water.walls or math.inf)
         cell = max(radius / cells, 2 * half / MOST_CELLS)
         count = math.ceil(2 * half / cell)
-        low, known = np.array([-half, -half]), (self.obstacle, self._grouping.groups)
-        return Grid(flooded(*known, low, cell, count, count, radius, 0.0, 0.0), low, cell)
+        low = np.array([-half, -half])
+        reached = flooded(self.obstacle, low, cell, count, count, radius, 0.0, 0.0)
+        return Grid(reached, low, cell)

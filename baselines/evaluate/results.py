@@ -18,8 +18,6 @@ from baselines.rollout import typed_csv
 from baselines.rollout.episodes import COLUMNS, Episode
 
 T = TypeVar("T")
-HEADS = tuple("arm" if name == "condition" else name for name in COLUMNS)
-"""Heads of the columns of ``episodes.csv``: those of the published version 1 files."""
 OPTIONAL = [name for name, kind in get_type_hints(Episode).items() if kind not in (int, float, str)]
 """Columns whose cells may be empty."""
 
@@ -124,7 +122,7 @@ def write_csv(path: Path, rows: Iterable[Episode]) -> None:
     """Writes rows, all at once; a cell is empty where a column does not apply."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(HEADS)
+    writer.writerow(COLUMNS)
     writer.writerows(astuple(row) for row in rows)
     write_text(path, text.getvalue())
 
@@ -137,7 +135,7 @@ def read_csv(path: Path) -> list[Episode]:
         FileNotFoundError: there is none.
     """
     try:
-        read = typed_csv.read(path, Episode, HEADS, "", OPTIONAL)
+        read = typed_csv.read(path, Episode, COLUMNS, "", OPTIONAL)
     except ValueError as error:
         raise ValueError(f"{path} is damaged, or holds no episodes: {error}") from error
     cells = read.astype(object).where(read.notna(), None)
