@@ -19,9 +19,10 @@ from tqdm import tqdm
 from asv_env import HULLS, SCENARIOS, EnvParams, Simulation, make_params
 from asv_env.capsules import clearance
 from asv_env.checks import check_whole
-from asv_env.compiled import allocating
+from asv_env.geometry import direction, xy
 from asv_env.params.obstacle_params import grouping
-from asv_env.types import Float, Int
+from asv_env.polygons import complex_corners
+from asv_env.types import Float, Int, given
 from baselines.rollout.commands import command
 from baselines.scripted import ScriptedPolicy
 
@@ -90,17 +91,12 @@ def inset(outline: Float, depth: float) -> Float:
     return np.where(straight[:, None], outline + depth * normal, moved)
 
 
-@allocating
 def placed(shape: Float, motion: Float) -> Float:
     """Returns the corners (n, 2) in the world of a hull (n, 2) with a motion (6,)."""
-    corners, cos, sin = np.empty_like(shape), np.cos(motion[2]), np.sin(motion[2])
-    for k in range(len(shape)):
-        x, y = shape[k, 0], shape[k, 1]
-        corners[k, 0], corners[k, 1] = motion[0] + cos * x - sin * y, motion[1] + sin * x + cos * y
-    return corners
+    turned = complex_corners(shape) * direction(motion[2])
+    return xy(turned + complex(motion[0], motion[1]))
 
 
-@allocating
 def count_overlaps(
     motion: Float, vessel: Float, boat: Float, small_vessel: Float, small_boat: Float,
     obstacle: Float, groups: Int, ticks: Int,
@@ -120,23 +116,19 @@ def count_overlaps(
         ticks: (W, B, B + 1) of each hull and each other; the last column is for obstacles.
     """
     reach = np.abs(boat).max() + max(np.abs(boat).max(), np.abs(vessel).max())
-    for world in range(len(motion)):
-        bodies = motion[world]
-        for body in range(len(bodies)):
-            corners = placed(small_boat if body else small_vessel, bodies[body])
-            deep = clearance(obstacle[world], groups, corners) <= 0.0
-            ticks[world, body, -1] = ticks[world, body, -1] + 1 if deep else 0
-            for other in range(body):
-                apart, deep = bodies[body, :2] - bodies[other, :2], False
-                if np.hypot(apart[0], apart[1]) < 1.5 * reach:
-                    outline = placed(boat if other else vessel, bodies[other])
-                    count = len(outline)
-                    rows = np.zeros((count, 5))
-                    for k in range(count):
-                        following = k + 1 if k + 1 < count else 0
-                        rows[k, :2], rows[k, 2:4] = outline[k], outline[following]
-                    deep = clearance(rows, np.array([0, count]), corners) <= 0.0
-                ticks[world, body, other] = ticks[world, body, other] + 1 if deep else 0
+    place = motion[..., 0] + 1j * motion[..., 1]
+    near = np.tril(abs(place[:, :, None] - place[:, None]) < 1.5 * reach, -1)
+    deep = np.zeros_like(ticks, dtype=np.bool_)
+    for world, body in np.ndindex(place.shape):
+        corners = placed(small_boat if body else small_vessel, motion[world, body])
+        deep[world, body, -1] = clearance(obstacle[world], groups, corners) <= 0.0
+        for other in np.flatnonzero(near[world, body]):
+            outline = placed(boat if other else vessel, motion[world, other])
+            ends = np.roll(outline, -1, axis=0)
+            edges = np.column_stack([outline, ends, np.zeros(len(outline))])
+            alone = given(np.array([0, len(edges)]), np.int64)
+            deep[world, body, other] = clearance(edges, alone, corners) <= 0.0
+    ticks[...] = np.where(deep, ticks + 1, 0)
 
 
 class Round:
@@ -178,7 +170,7 @@ class Round:
         for name, array in (("motion", state.motion), ("reward", reward), ("seen", observation)):
             if not np.isfinite(array).all():
                 raise RuntimeError(f"{name} is not finite")
-        known = state.obstacle, grouping(self.params).groups, self._overlaps
+        known = state.obstacle.copy(), grouping(self.params).groups, self._overlaps
         count_overlaps(state.motion, *self._shapes, *known)
         if self._overlaps.max() > self._patience:
             world, body, other = np.unravel_index(self._overlaps.argmax(), self._overlaps.shape)

@@ -1,5 +1,7 @@
 """Policies that do something wrong; named on the command line by tests."""
 
+import os
+
 import numpy as np
 
 from baselines.policy import Idle
@@ -72,3 +74,10 @@ class Unmade:
 
     def __init__(self, params):
         raise AttributeError("nothing")
+
+
+class Exits(Idle):
+    """Ends its process, as a crash of a library does."""
+
+    def act(self, *arguments):
+        os._exit(7)

@@ -3,6 +3,7 @@
 import ast
 import sys
 from collections import Counter
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -121,6 +122,7 @@ PATHS = {
 """{dotted name: path} of all modules and packages."""
 
 
+@cache
 def imported(path):
     """Dotted names of the modules that a file imports, wherever in it."""
     package = path.relative_to(ROOT).parent.parts

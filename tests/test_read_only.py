@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from asv_env import Simulation, Task, make_params
 from asv_env.sensing.observation import FEATURES, Feature
 from asv_env.tasks import PUSH, Metric, Term
-from asv_env.types import Sensed, State
+from asv_env.tasks.formation import Relations
+from asv_env.types import Ending, Sensed, State
 
-RECORDS = ("state", "relations", "ending")
+RECORDS = {"state": State, "relations": Relations, "ending": Ending}
 
 
 def begun(scenario="noisy", worlds=2, **options):
@@ -22,7 +23,7 @@ def begun(scenario="noisy", worlds=2, **options):
     return simulation
 
 
-ARRAYS = [(name, field) for name in RECORDS for field in vars(getattr(begun(), name))]
+ARRAYS = [(name, each.name) for name, kind in RECORDS.items() for each in dataclasses.fields(kind)]
 
 
 @pytest.mark.parametrize(("record", "field"), ARRAYS)

@@ -93,9 +93,9 @@ def test_pushes_begin_where_a_rollout_has_brought_the_vessel_into_closure(
     """Seen from the +n side, in closure, also where the team pushes from the other one."""
     monkeypatch.setattr(curriculum, "PhasedPolicy", Closing)
     file = policy_file.file_for(TRANSPORT)
-    params = make_params("transport", scenario="noisy")
+    params = make_params("transport", scenario="noisy", time_limit=90.0)
     states = where_pushes_begin(file, params, range(10**9, 10**9 + 8))
-    assert len(states.goal) >= 8
+    assert len(states.goal) >= 4
     config = tiny(curriculum={"rollout_starts": 1.0}, worlds={"mirror": True})
     sample = CurriculumStates(config, states)
     simulation = Simulation(make_params("push"), 32, initial_states=sample)
