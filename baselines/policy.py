@@ -116,6 +116,7 @@ POLICIES: Registry[MakePolicy] = Registry(
     "policy",
     {
         "scripted": "baselines.scripted.scripted_policy:ScriptedPolicy",
+        "allocation": "baselines.allocation.allocation_policy:AllocationPolicy",
         "paper": "baselines.paper.paper_policy:PaperPolicy",
         "paper-tuned": "baselines.paper.tuned:tuned_paper",
         "learned": "baselines.learned.policy_file:learned_policy",

@@ -24,7 +24,7 @@ WORLD = {
 WORLD |= {"asv_env.simulation", "asv_env.render", "asv_env.envs", "asv_env"}
 POLICIES = {
     f"baselines.{name}"
-    for name in ("policy", "distributed", "mirror", "paper", "scripted", "learned")
+    for name in ("policy", "distributed", "mirror", "paper", "scripted", "allocation", "learned")
 }
 RUN = {*WORLD, *POLICIES, "baselines.rollout"}
 EVALUATE = "baselines.evaluate"
@@ -62,6 +62,10 @@ ROOMS = {
     "baselines.mirror": WORLD,
     "baselines.paper": {*WORLD, "baselines.policy", "baselines.mirror"},
     "baselines.scripted": {*WORLD, "baselines.policy", "baselines.mirror", "baselines.paper"},
+    "baselines.allocation": {
+        *WORLD,
+        *(f"baselines.{name}" for name in ("policy", "mirror", "paper", "scripted")),
+    },
     "baselines.learned": {*WORLD, *POLICIES},
     # what is made with them
     "baselines.paper.tune": {*RUN},

@@ -301,7 +301,7 @@ def test_every_adapter_gives_what_each_boat_observes(adapter):
 # ------------------------------------------------------------ distributed execution
 
 
-@pytest.mark.parametrize("policy", ["scripted", "paper-tuned", "learned"])
+@pytest.mark.parametrize("policy", ["scripted", "allocation", "paper-tuned", "learned"])
 def test_a_team_does_what_each_boat_decides_alone(policy):
     """The first boat's row, given to a policy by itself, is enough for what the boat does."""
     sim = begun(2, "push" if policy == "learned" else "transport", **HARD)

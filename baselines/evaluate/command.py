@@ -37,7 +37,7 @@ class Options:
     """
 
     policies: tuple[str, ...] = ("scripted",)
-    """scripted, paper, paper-tuned, learned, idle, random; a policy file (.npz), a
+    """scripted, allocation, paper, paper-tuned, learned, idle, random; a policy file (.npz), a
     stable-baselines3 model (.zip), or module:Class. NAME=WORD gives it another name,
     NAME=WORD,WORD,... is one policy that was trained several times. The others are compared with
     the first"""

@@ -74,15 +74,30 @@ class Docking:
         self, relations: Relations, gap: Complex, slot: Complex, memory: GraspMemory
     ) -> Bool:
         """Returns which boats (W, A) dock, given the gaps (W, A) m to their targets."""
-        gains, height, offset = self._gains, -gap.imag, relations.boat - slot
+        now = relations.boat, relations.alignment.real, gap, slot
+        docks, memory.astern = self.update(*now, memory.astern)
+        return docks
+
+    def update(
+        self, boat: Complex, alignment: Float, gap: Complex, slot: Complex, astern: Bool
+    ) -> tuple[Bool, Bool]:
+        """Returns which boats (W, A) dock, and which of them go astern.
+
+        Args:
+            boat: (W, A) positions, in a frame in which boats come to their slots from +w, m.
+            alignment: (W, A) cosines of their heading errors.
+            gap: (W, A) from them to their targets, m.
+            slot: (W, A) their slots, m.
+            astern: (W, A) boats that went astern.
+        """
+        gains, height, offset = self._gains, -gap.imag, boat - slot
         docks = np.abs(gap.real) < gains.docking_half_width
         docks &= (height < gains.docking_height) & (offset.imag > -BELOW)
         slack = gains.funnel_slope * np.maximum(height, 0.0)
         outside = ~(np.abs(offset.real) < FUNNEL_WIDTH * self._tolerance + slack)
         low = height < gains.retry_height
-        retries = (low & outside) | (memory.astern & (low | outside))
-        memory.astern = docks & retries & (relations.alignment.real > ASTERN_ALIGNMENT)
-        return docks
+        retries = (low & outside) | (astern & (low | outside))
+        return docks, docks & retries & (alignment > ASTERN_ALIGNMENT)
 
     def velocity(self, gap: Complex, astern: Bool) -> Complex:
         """Returns velocities (W, A) m/s of docking boats: down their slot's line and towards it."""

@@ -11,7 +11,7 @@ change, and against the water that drifts past the hull, which it notices becaus
 
 import numpy as np
 
-from asv_env.params import EnvParams
+from asv_env.params import BoatParams, EnvParams
 from asv_env.tasks import formation
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Sensed
@@ -48,9 +48,7 @@ class GraspController:
         reach = float(np.abs(slots.real).max())
         self._path = ApproachPath(length, width, clearance, reach, gains.sigma)
         self._row = highest + self._boat.length
-        # A boat that points along the force it needs changes its velocity in ``velocity_time``.
-        damping = self._boat.sway[0] + self._boat.sway[1] * gains.descent_speed
-        self._lead = self._boat.masses[1] / (max(damping, TINY) * gains.velocity_time)
+        self._lead = lead(self._boat, gains)
 
     def act(
         self,
@@ -124,6 +122,15 @@ class GraspController:
         left = (memory.due - sensed.tick)[:, None] / self._hz
         speed = approach_speed(length, left, max_speed=self._gains.max_speed, min_speed=MIN_SPEED)
         return np.minimum(speed, MIN_SPEED + self._gains.arrival_gain * distance)
+
+
+def lead(boat: BoatParams, gains: GraspGains) -> float:
+    """Returns by how much a boat points ahead of its velocity, per change of it that is wanted.
+
+    A boat that points along the force it needs changes its velocity in ``velocity_time``.
+    """
+    damping = boat.sway[0] + boat.sway[1] * gains.descent_speed
+    return boat.masses[1] / (max(damping, TINY) * gains.velocity_time)
 
 
 def avoidance_velocity(boat: Complex, seen: Bool, reach: float, speed: float) -> Complex:

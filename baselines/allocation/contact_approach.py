@@ -1,0 +1,86 @@
+"""How boats come to their places: round the hull, and down the line of the place.
+
+Each boat follows its path (``Detours``) to the waypoint in front of its place and docks from there,
+by the law of the script's descent (``Docking``): a boat that misses its place goes astern and tries
+again. Boats that are early wait a little off the hull. As in the script's approach they steer for
+a velocity relative to the hull and not for a heading, because they skid.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from asv_env import polygons
+from asv_env.params import EnvParams
+from asv_env.types import Bool, Complex, Float
+from baselines.allocation.allocation_gains import AllocationGains
+from baselines.allocation.boats import Boats
+from baselines.allocation.contact_points import Formation, formation
+from baselines.allocation.detours import Detours
+from baselines.scripted.docking import Docking
+from baselines.scripted.gains import GraspGains
+from baselines.scripted.grasp_controller import avoidance_velocity, lead
+
+CLEARANCE = 1.6
+"""Distance of boats' centres from the hull on their paths, lengths: that of a docked boat, half the
+width of another, and a third of a length to spare."""
+
+
+class ContactApproach:
+    """Speeds and headings of boats on their way to their places."""
+
+    def __init__(self, params: EnvParams, gains: AllocationGains) -> None:
+        self._vessel, self._boat = params.hulls()
+        self._gains, self._grasp = gains, GraspGains()
+        self._docking = Docking(params, self._grasp)
+        self._lead = lead(self._boat, self._grasp)
+        self.detours = cache(self._detours)
+
+    def formation(self, team: int) -> Formation:
+        """Returns the formation of a team."""
+        return formation(self._vessel, self._boat, team)
+
+    def _detours(self, team: int) -> Detours:
+        """Returns the paths to the waypoints of a team's formation."""
+        found, boat = self.formation(team), self._boat
+        hull = polygons.complex_corners(polygons.convex_hull(self._vessel.corners))
+        clearance = CLEARANCE * boat.length
+        waypoint = found.place - found.inward * (clearance - boat.length / 2)
+        return Detours(hull, clearance, waypoint)
+
+    def course(self, boats: Boats) -> tuple[Complex, Float]:
+        """Returns the directions (W, A) of the boats' paths, and their lengths (W, A), m."""
+        course, length = np.zeros_like(boats.place), np.zeros(boats.place.shape)
+        count = boats.working.sum(axis=1)
+        for team in np.unique(count).tolist():
+            of = count == team
+            known = boats.position[of], boats.number[of]
+            course[of], length[of] = self.detours(team).course(*known)
+        return course, length
+
+    def command(self, boats: Boats, astern: Bool, waits: Bool) -> tuple[Float, Float, Bool]:
+        """Returns speeds, m/s, heading errors, rad, and which boats are to go astern, (W, A).
+
+        Args:
+            boats: with the hull's velocity as it is.
+            astern: (W, A) boats that went astern.
+            waits: (W,) whether boats are to wait off the hull.
+        """
+        gains, grasp, inward = self._gains, self._grasp, boats.inward
+        course, length = self.course(boats)
+        speed = np.minimum(grasp.max_speed, gains.approach_speed + gains.arrival_gain * length)
+        limits = grasp.avoidance_range, grasp.avoidance_speed
+        wanted = speed * course + avoidance_velocity(boats.position, boats.seen, *limits)
+        target = boats.place - inward * np.where(waits, gains.standoff, 0.0)[:, None]
+        upright = -1j / inward  # Turns a boat to where it would come from the vessel's +n side.
+        gap = (target - boats.position) * upright
+        now = boats.position * upright, boats.alignment, gap, boats.place * upright
+        docks, astern = self._docking.update(*now, astern)
+        wanted = np.where(docks, self._docking.velocity(gap, astern) / upright, wanted) + boats.hull
+        ahead = (wanted / boats.bow).real
+        ahead = np.where(docks, ahead, np.maximum(ahead, 0.0))  # Others turn before they go.
+        aim = wanted - boats.water + self._lead * (wanted - boats.velocity)
+        aim = np.where(docks & astern, -aim, aim) / inward
+        to_hull = np.maximum(aim.real, grasp.pointing_speed) + 1j * aim.imag
+        aim = np.where(docks, to_hull, aim) * inward  # Docking boats point to the hull.
+        return ahead, np.angle(aim / boats.bow), astern
