@@ -187,7 +187,9 @@ class AllocationPolicy:
         """
         course, contact, vessel = memory.course, self._contact, memory.vessel
         wanted = self._moved(boats, memory)
-        sideways = np.where(course.holds[:, None], 0.0, contact.sideways(wanted))
+        sideways = np.where(
+            course.holds[:, None], 0.0, contact.sideways(wanted, course.slide != 0.0)
+        )
         along_hull = 1j * boats.inward * boats.gap.imag
         touch = boats.place - along_hull + boats.inward * self._boat.length / 2
         force = self._shares(touch, sideways, pushes, boats.water[:, 0], memory)

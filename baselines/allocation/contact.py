@@ -18,6 +18,7 @@ from baselines.allocation.allocation_gains import AllocationGains
 from baselines.allocation.boats import Boats
 
 SLACK = 0.02  #: distance along the hull from its place within which a boat stays where it is, m
+WIDE_SLACK = 0.04  #: the same while the team carries the vessel sideways, m
 TOUCHES = 0.004  #: gap to the hull that is put down to noise, m
 WIDEST = 0.03  #: gap beyond which a boat closes in no faster, m
 LEAST_FRICTION = 0.01  #: floor of a divisor
@@ -34,13 +35,18 @@ class Contact:
         self.servo = self._boat.masses[0] * bandwidth(self._boat) + self._boat.surge[0]
         self._friction = max(params.water.contact_friction, LEAST_FRICTION)
 
-    def sideways(self, boats: Boats) -> Float:
-        """Returns the forces (W, A) N, to their left, that boats need to keep their places."""
+    def sideways(self, boats: Boats, slides: Bool) -> Float:
+        """Returns the forces (W, A) N, to their left, that boats need to keep their places.
+
+        Teams that carry the vessel sideways, in the worlds ``slides`` (W,), leave their boats where
+        they are as long as possible: a boat that returns to its place takes the vessel along.
+        """
         boat, gains = self._boat, self._gains
         hull, own, drift = (
             each / boats.inward for each in (boats.hull, boats.velocity, boats.water)
         )
-        beyond = boats.gap.imag - np.clip(boats.gap.imag, -SLACK, SLACK)
+        slack = np.where(slides, WIDE_SLACK, SLACK)[:, None]
+        beyond = boats.gap.imag - np.clip(boats.gap.imag, -slack, slack)
         wanted = hull.imag + gains.sideways_gain * beyond
         damping = boat.sway[0] + boat.sway[1] * np.abs(own.imag - drift.imag)
         resistance = damping * (wanted - drift.imag)
