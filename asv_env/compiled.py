@@ -33,7 +33,8 @@ def compiled(law: Law) -> Law:
     The machine code is kept beside the source, or in the user's cache where that folder cannot be
     written to. Where neither can, each process compiles for itself. Numba takes code from its cache
     as long as the function's own file is the same; here any change of a file with laws, or with
-    their constants, counts, because laws call each other across files.
+    their constants, or of the function's own folder counts, because laws call each other across
+    files.
     """
     return _compiled(law, forceinline=True, _nrt=False)
 
@@ -51,15 +52,17 @@ def _compiled(law: Law, **options: Any) -> Law:
     except RuntimeError:  # Numba finds no folder for its cache.
         return cast(Law, numba.njit(**options)(law))
     index = cast(Any, dispatcher)._cache._cache_file
-    index._source_stamp = index._source_stamp, _stamp()
+    index._source_stamp = index._source_stamp, _stamp(Path(law.__code__.co_filename).parent)
     return cast(Law, dispatcher)
 
 
 @cache
-def _stamp() -> str:
-    """Returns a hash of the sources of all laws, and of what they are compiled with."""
+def _stamp(folder: Path) -> str:
+    """Returns a hash of the sources of all laws and of a folder, and of what compiles them."""
     here = Path(__file__).parent
     sources = [path for name in LAWS for path in sorted(here.glob(name))]
+    if here not in (folder, *folder.parents):
+        sources += sorted(folder.glob("*.py"))
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 
 

@@ -71,10 +71,21 @@ def view(
     """Returns the world as a team that pushes from the +n side would sense it, and the sides.
 
     The goal lies ahead of the team when its side is selected: at the first call, where the
-    memory is None, and again in the worlds ``fresh`` (W,). Where the task prescribes that side,
-    slots and closure are the environment's; elsewhere they follow from the estimate by its rules.
+    memory is None, and again in the worlds ``fresh`` (W,).
     """
     away = np.where(goal_lateral_offset(sensed) > 0, -1.0, 1.0)
+    return view_from(params, sensed, memory, fresh, away)
+
+
+def view_from(
+    params: EnvParams, sensed: Sensed, memory: PushSide | None, fresh: Bool, away: Float
+) -> tuple[Sensed, PushSide]:
+    """Returns the world as a team that pushes from the +n side would sense it, and the sides.
+
+    The sides (W,) are ``away`` at the first call, where the memory is None, and again in the worlds
+    ``fresh`` (W,). Where the task prescribes that side, slots and closure are the environment's;
+    elsewhere they follow from the estimate by its rules.
+    """
     if memory is None:
         fresh = np.ones_like(fresh)
         memory = PushSide(away, sensed.slot, sensed.working, np.zeros_like(fresh))

@@ -23,6 +23,7 @@ OUTWARD_DEPTH = 0.05  #: depth inside the circle from which on a boat heads stra
 CIRCLE_MARGIN = 0.03  #: gap from the corners of the hull and its clearance to the circle, m
 CAPTURE = 0.04  #: distance at which a boat joins the line below its entry point, m
 TURNING_ROOM = 0.1  #: room to turn in between the entry points and the circle, m
+ARC_POINTS = 12  #: points of a path on the circle
 
 
 class ApproachPath:
@@ -42,13 +43,14 @@ class ApproachPath:
     def __init__(
         self, length: float, width: float, clearance: float, reach: float, sigma: float
     ) -> None:
-        margin = float(positive("clearance", clearance))
+        self.clearance = margin = float(positive("clearance", clearance))
         half_length, half_width = positive("length", length) / 2, positive("width", width) / 2
         self._sigma = float(positive("sigma", sigma))
         self._clear = half_width + margin
-        self._entry = self._clear + CAPTURE
+        #: height above the vessel's middle from which boats descend to their targets, m
+        self.entry = self._clear + CAPTURE
         corner = math.hypot(half_length + margin, self._clear) + CIRCLE_MARGIN
-        outermost = math.hypot(positive("reach", reach) + TURNING_ROOM, self._entry)
+        outermost = math.hypot(positive("reach", reach) + TURNING_ROOM, self.entry)
         self._circle = max(corner, outermost)
 
     def turn_direction(self, boat: Complex, target: Complex) -> Int:
@@ -73,16 +75,34 @@ class ApproachPath:
         circuit = self._length_round(image, image_target)
         return np.where(descends, down, around), np.where(descends, descent, circuit)
 
+    def points(self, boat: Complex, target: Complex, turn_direction: Int) -> Complex:
+        """Returns points (..., n) of the paths of boats to above their targets, m.
+
+        Straight lines take the place of the spirals.
+        """
+        flip = np.where(turn_direction == 1, 1.0, -1.0)
+        image, image_target = _mirrored(boat, flip), _mirrored(target, flip)
+        circle = self._circle
+        alpha = np.pi / 2 - np.mod(np.arctan2(image.real, image.imag), 2 * np.pi)
+        first = alpha + np.arccos(circle / np.maximum(np.abs(image), circle))
+        arc = np.maximum(math.asin(self.entry / circle) - first, 0.0)
+        angles = first[..., None] + arc[..., None] * np.linspace(0.0, 1.0, ARC_POINTS)
+        straight = self._can_descend(boat, target) | (arc == 0.0)
+        around = np.where(straight[..., None], image[..., None], circle * direction(angles))
+        above = image_target.real + 1j * np.maximum(image_target.imag, self.entry)
+        way = np.concatenate([image[..., None], around, above[..., None]], axis=-1)
+        return _mirrored(way, flip[..., None])
+
     def _can_descend(self, boat: Complex, target: Complex) -> Bool:
         """Returns which boats are above the entry point, close above the hull, or in the funnel."""
         offset = boat - target
         near = np.abs(boat) < self._circle
-        above = boat.imag >= np.where(near, self._clear, self._entry)
+        above = boat.imag >= np.where(near, self._clear, self.entry)
         return above | (2 * np.abs(offset.real) <= CAPTURE + offset.imag)
 
     def _spiral_down(self, boat: Complex, target: Complex) -> tuple[Complex, Float]:
         """Returns direction and length of the spiral to the entry point and the descent below."""
-        height = np.minimum(boat.imag, self._entry)
+        height = np.minimum(boat.imag, self.entry)
         offset = boat - target.real - 1j * height
         # The entry point stays in front of a boat, so that its bearing is never singular.
         ahead = np.maximum(CAPTURE - np.abs(offset), 0.0) + np.maximum(self._clear - boat.imag, 0.0)
@@ -106,7 +126,7 @@ class ApproachPath:
 
     def _length_round(self, boat: Complex, target: Complex) -> Float:
         """Returns the length of the counter-clockwise path, m: tangent, circle, spiral, descent."""
-        circle, entry = self._circle, self._entry
+        circle, entry = self._circle, self.entry
         radius = np.maximum(np.abs(boat), circle)
         alpha = np.pi / 2 - np.mod(np.arctan2(boat.real, boat.imag), 2 * np.pi)
         tangent = np.arccos(circle / radius)

@@ -34,12 +34,17 @@ class GraspMemory:
     due: Float  #: (W,) tick at which all boats are to be at their waypoints, or began to descend
     descending: Bool  #: (W,) team state: DESCEND where true, GATHER otherwise
     astern: Bool  #: (W, A) boats that have missed their slots and go astern to try again
+    detours: Bool  #: (W, A) boats that leave their paths because of obstacles
+    #: (W, A) next corner of each boat's route round obstacles, world frame, m; see ``routes``
+    via: Complex
+    left: Float  #: (W, A) length of the route from there to its end, m
+    end: Complex  #: (W, A) end of the route, world frame, m
 
     @classmethod
     def empty(cls, worlds: int, team: int) -> Self:
         """Returns memory to be filled when an approach begins."""
         boats = worlds, team
-        return zeros(cls, boats, boats, (worlds,), (worlds,), boats)
+        return zeros(cls, boats, boats, (worlds,), (worlds,), *[boats] * 5)
 
 
 class Docking:
@@ -71,12 +76,16 @@ class Docking:
         return np.asarray(sensed.tick - memory.due > patience * self._hz)
 
     def update_boats(
-        self, relations: Relations, gap: Complex, slot: Complex, memory: GraspMemory
+        self, relations: Relations, gap: Complex, slot: Complex, memory: GraspMemory, sees: Bool
     ) -> Bool:
-        """Returns which boats (W, A) dock, given the gaps (W, A) m to their targets."""
+        """Returns which boats (W, A) dock, given the gaps (W, A) m to their targets.
+
+        Those that dock see the way to their slots (W, A).
+        """
         now = relations.boat, relations.alignment.real, gap, slot
-        docks, memory.astern = self.update(*now, memory.astern)
-        return docks
+        docks, astern = self.update(*now, memory.astern)
+        memory.astern = astern & sees
+        return docks & sees
 
     def update(
         self, boat: Complex, alignment: Float, gap: Complex, slot: Complex, astern: Bool

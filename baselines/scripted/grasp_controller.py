@@ -22,9 +22,11 @@ from baselines.scripted.gains import GraspGains
 from baselines.scripted.helm import Helm
 from baselines.scripted.hull_sides import HullSides
 from baselines.scripted.observer import VesselMemory
+from baselines.scripted.ways import Ways
 
 MIN_SPEED = 0.02  #: least speed on the path to the waypoint, m/s
 MAX_SIDESTEP = 0.5  #: limit of the step aside from a failed boat, fraction of the slot's tolerance
+REPULSION = 2.0  #: velocity away from an obstacle at no distance from it, cruising speeds
 STARBOARD = np.exp(0.8j)  #: turn of the velocity of avoidance, so that no two boats get stuck
 TINY = 1e-9  #: floor of the distance between boats, m
 
@@ -46,8 +48,9 @@ class GraspController:
         length, width = 2 * max(right, -left), 2 * max(top, -bottom)  # of a box round the centre
         clearance = highest + gains.waypoint_height - width / 2
         reach = float(np.abs(slots.real).max())
-        self._path = ApproachPath(length, width, clearance, reach, gains.sigma)
+        path = ApproachPath(length, width, clearance, reach, gains.sigma)
         self._row = highest + self._boat.length
+        self._ways = Ways(params, path)
         self._lead = lead(self._boat, gains)
 
     def act(
@@ -65,7 +68,9 @@ class GraspController:
         """
         gains, waypoint = self._gains, sensed.slot + 1j * self._gains.waypoint_height
         vessel.force[:], vessel.moment[:] = 0.0, 0.0
-        self._begin(relations.boat, waypoint, sensed, memory, begins)
+        begins = begins | (memory.slot != sensed.slot).any(axis=1)
+        way = self._ways.find(relations, waypoint, sensed, memory, begins)
+        self._begin(way.length, sensed, memory, begins)
         to_vessel = relations.heading[:, :1].conj()
         bow = relations.heading[:, 1:] * to_vessel
         hull = relations.velocity[:, :1] * to_vessel
@@ -80,15 +85,17 @@ class GraspController:
         failed = ~sensed.working & (relations.boat.imag < self._row)
         target += sidestep(target, relations.boat, failed, self._boat.width, self._max_sidestep)
         gap = target - relations.boat
-        docks = self._docking.update_boats(relations, gap, sensed.slot, memory)
+        docks = self._docking.update_boats(relations, gap, sensed.slot, memory, way.sees)
 
-        course, length = self._path.course(relations.boat, waypoint, memory.turn_direction)
-        wanted = self._cruising_speed(length, np.abs(gap), sensed, memory) * course
+        distance = np.minimum(np.abs(gap), way.to_bend)
+        wanted = self._cruising_speed(way.length, distance, sensed, memory) * way.course
         limits = gains.avoidance_range, gains.avoidance_speed
         wanted += avoidance_velocity(relations.boat, sensed.seen[:, 1:], *limits)
+        wanted += REPULSION * gains.cruise_speed * way.away
         wanted = np.where(docks, self._docking.velocity(gap, memory.astern), wanted)
         speed = ((wanted + hull) * bow.conj()).real
-        speed = np.where(docks, speed, np.maximum(speed, 0.0))  # Others turn before they go.
+        either = docks | (way.away != 0.0)
+        speed = np.where(either, speed, np.maximum(speed, 0.0))  # Others turn before they go.
         aim = wanted - drift + self._lead * (wanted - velocity)
         aim = np.where(docks & memory.astern, -aim, aim)  # Docking boats point to the hull.
         to_hull = aim.real + 1j * np.minimum(aim.imag, -gains.pointing_speed)
@@ -100,18 +107,12 @@ class GraspController:
         """Returns in which worlds (W,) a failed boat keeps the others from their slots."""
         return self._docking.late(sensed, memory) & memory.descending & ~sensed.working.all(axis=1)
 
-    def _begin(
-        self, boat: Complex, waypoint: Complex, sensed: Sensed, memory: GraspMemory, new: Bool
-    ) -> None:
-        """Starts the approach in the worlds ``new`` (W,), and where the slots have changed."""
-        new = new | (memory.slot != sensed.slot).any(axis=1)
+    def _begin(self, length: Float, sensed: Sensed, memory: GraspMemory, new: Bool) -> None:
+        """Starts approaches of these lengths (W, A) in the worlds ``new`` (W,)."""
         if not new.any():
             return
-        boat, waypoint = boat[new], waypoint[new]
-        turn_direction = self._path.turn_direction(boat, waypoint)
-        _, length = self._path.course(boat, waypoint, turn_direction)
-        longest = (length * sensed.working[new]).max(axis=1)
-        memory.slot[new], memory.turn_direction[new] = sensed.slot[new], turn_direction
+        longest = (length * sensed.working)[new].max(axis=1)
+        memory.slot[new] = sensed.slot[new]
         memory.due[new] = sensed.tick[new] + longest / self._gains.cruise_speed * self._hz
         memory.descending[new] = memory.astern[new] = False
 

@@ -15,6 +15,9 @@ from asv_env.params import NOMINAL_LENGTH, VesselParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, zeros
 from baselines.paper.arcs import ArcPath
+from baselines.paper.coasting import coasting_distance
+from baselines.scripted import clear_paths
+from baselines.scripted.clear_planner import ClearPlanner
 from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.lqr import PreviewLqr
 from baselines.scripted.planner import SEGMENTS, PathPlanner
@@ -38,27 +41,46 @@ class PathMemory:
     progress: Float  #: (W,) path length behind the vessel, m
     replan: Bool  #: (W,) whether a new path is needed
     released: Bool  #: (W,) whether the team has let go of the vessel
+    cruise: Float  #: (W,) largest speed of the vessel, m/s
+    halts: Bool  #: (W,) whether the path ends where the team has to switch to the other side
+    switch: Bool  #: (W,) whether the team has to switch to the other side now
 
     @classmethod
-    def empty(cls, worlds: int) -> Self:
+    def empty(cls, worlds: int, among_obstacles: bool = False) -> Self:
         """Returns memory to be filled by ``PathFollower.plan``."""
-        segments = worlds, SEGMENTS
-        return zeros(cls, (worlds, 3), segments, segments, (worlds,), (worlds,), (worlds,))
+        segments = worlds, clear_paths.SEGMENTS if among_obstacles else SEGMENTS
+        return zeros(cls, (worlds, 3), segments, segments, *[(worlds,)] * 6)
 
 
 class PathFollower:
     """Plans the vessel's path and computes what keeps the vessel on it, and on time."""
 
     def __init__(
-        self, vessel: VesselParams, planner: PathPlanner, gains: PushGains, tolerances: Tolerances
+        self,
+        vessel: VesselParams,
+        planner: PathPlanner,
+        gains: PushGains,
+        tolerances: Tolerances,
+        among: ClearPlanner | None = None,
     ) -> None:
+        self._among = among
         self._vessel, self._planner, self._gains = vessel, planner, gains
         self._caged = PreviewLqr(vessel, tolerances)
         self._uncaged = PreviewLqr(vessel, replace(tolerances, force=0.0, heading=UNCAGED_HEADING))
         self.preview_times = self._caged.preview_times
 
-    def plan(self, relations: Relations, drift: Complex, memory: PathMemory, which: Bool) -> None:
-        """Plans paths from where the vessels are, in the worlds ``which`` (W,), into ``memory``."""
+    def plan(
+        self,
+        relations: Relations,
+        drift: Complex,
+        memory: PathMemory,
+        which: Bool,
+        obstacle: Float | None = None,
+    ) -> None:
+        """Plans paths from where the vessels are, in the worlds ``which`` (W,), into ``memory``.
+
+        They keep clear of obstacles (W, M, 5).
+        """
         if not which.any():
             return
         position, heading = relations.position[which, 0], relations.heading[which, 0]
@@ -69,7 +91,15 @@ class PathFollower:
                 carried = drift[which] * self._time(path.total_length, drift[which])
                 path = self._planner.plan(goal - carried * heading.conj(), turn)
         start = position + carried
-        memory.start[which] = np.stack([start.real, start.imag, np.angle(heading)], axis=-1)
+        pose = np.stack([start.real, start.imag, np.angle(heading)], axis=-1)
+        memory.cruise[which] = self._planner.gains.speed
+        if self._among is not None and obstacle is not None:
+            end = position + goal * heading
+            aim = np.stack([end.real, end.imag, np.angle(heading) + turn], axis=-1)
+            plans = self._among.plan(pose, aim, obstacle[which], path)
+            path, memory.switch[which], memory.halts[which] = plans
+            memory.cruise[which] = self._planner.cruise(path)
+        memory.start[which] = pose
         memory.curvature[which], memory.length[which] = path.curvature, path.length
         memory.progress[which], memory.replan[which] = 0.0, False
 
@@ -100,7 +130,8 @@ class PathFollower:
         along, moment = np.where(caged[:, None], *wrenches).T
         limit = self._gains.max_end_force * self._vessel.size / NOMINAL_LENGTH
         remaining = remaining + self._run_out(drift)
-        forward = self._planner.force(remaining, speed, self._gains.speed_gain)
+        slows = np.where(memory.halts, np.inf, remaining)
+        forward = self._planner.force(slows, speed, self._gains.speed_gain, memory.cruise)
         return forward, np.clip(along, -limit, limit), moment
 
     def track(
@@ -126,6 +157,9 @@ class PathFollower:
         heading = path.pose_at(memory.progress)[:, 2]
         off_path = np.abs(offset.real) > OFF_PATH * length
         memory.replan = off_path | (reached - total > PAST_GOAL * length)
+        if memory.halts.any():
+            coasts = coasting_distance(self._vessel, np.maximum(speed, 0.0))
+            memory.switch |= memory.halts & (total - reached < coasts)
         ahead = np.maximum(speed, 0.0)[:, None] * self.preview_times
         curvature = path[:, None].curvature_at(memory.progress[:, None] + ahead)
         heading_error = wrap(np.angle(relations.heading[:, 0]) - heading)

@@ -12,6 +12,8 @@ from baselines.scripted.gains import PathGains
 
 SEGMENTS = 4  #: number of segments of a path: three of a Dubins path, and the final straight
 CHOICES = 3  #: number of arc radii, and of lengths of the final straight, that are tried
+ROUNDING = 1e-9  #: relative, of radii
+TINY = 1e-9  #: floor of divisors that are curvatures, 1/m
 TIMETABLE_LENGTH = 100.0  #: path length up to which the timetable reaches, lengths of the vessel
 
 
@@ -62,20 +64,37 @@ class PathPlanner:
         best = np.argmin(lengths.sum(axis=-1) + length * cost, axis=0), np.arange(len(goal))
         return ArcPath(np.zeros(3), curvatures[best], lengths[best])
 
-    def speed(self, remaining: Float) -> Float:
+    def speed(self, remaining: Float, cruise: Float | None = None) -> Float:
         """Returns the speed (...) m/s of the vessel where path lengths (...) in m remain.
+
+        It does not exceed ``cruise`` (...) m/s; None takes the gain.
 
         Nobody can brake the vessel. It slows down with the water's drag, always at a fraction of
         the speed from which it would coast to rest a little beyond the goal.
         """
         coasting = coasting_speed(self._vessel, np.maximum(remaining + self._overshoot, 0.0))
-        return np.minimum(self.gains.speed, self.gains.braking * coasting)
+        fastest = self.gains.speed if cruise is None else cruise
+        return np.minimum(fastest, self.gains.braking * coasting)
 
-    def force(self, remaining: Float, speed: Float, gain: float) -> Float:
-        """Returns forces (...) N that bring a vessel from speeds (...) m/s to its timetable."""
-        wanted = self.speed(remaining)
+    def cruise(self, path: ArcPath) -> Float:
+        """Returns the largest speeds (...) m/s on paths (...), so that no arc takes more force.
+
+        On arcs that are tighter than those of open water the vessel is slower.
+        """
+        gains = self.gains
+        widest = 1 / np.maximum(np.abs(path.curvature * (path.length > 0)).max(axis=-1), TINY)
+        usual = gains.widest_radius * gains.tightest_radius * self._vessel.size / 2
+        narrow = widest < (1 - ROUNDING) * usual
+        return gains.speed * np.where(narrow, np.sqrt(widest / usual), 1.0)
+
+    def force(self, remaining: Float, speed: Float, gain: float, cruise: Float) -> Float:
+        """Returns forces (...) N that bring a vessel from speeds (...) m/s to its timetable.
+
+        The largest speeds on it are ``cruise`` (...) m/s.
+        """
+        wanted = self.speed(remaining, cruise)
         resistance = drag(self._vessel.sway, wanted)
-        resistance *= np.where(wanted < self.gains.speed, 1 - self.gains.braking, 1.0)
+        resistance *= np.where(wanted < cruise, 1 - self.gains.braking, 1.0)
         return resistance + gain * self._vessel.masses[1] * (wanted - speed)
 
     def time(self, remaining: Float) -> Float:

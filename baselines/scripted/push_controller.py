@@ -12,6 +12,7 @@ from asv_env.physics.autopilot import bandwidth
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, Sensed
 from baselines.paper.coasting import drag
+from baselines.scripted.clear_planner import ClearPlanner
 from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.helm import Helm
 from baselines.scripted.hull_sides import HullSides
@@ -33,7 +34,12 @@ class PushController:
     """Speed and yaw rate of boats that push the vessel to its goal."""
 
     def __init__(
-        self, params: EnvParams, planner: PathPlanner, gains: PushGains, tolerances: Tolerances
+        self,
+        params: EnvParams,
+        planner: PathPlanner,
+        gains: PushGains,
+        tolerances: Tolerances,
+        among: ClearPlanner | None = None,
     ) -> None:
         self._vessel, self._boat = params.hulls()
         self._gains, self._helm = gains, Helm(params)
@@ -41,7 +47,7 @@ class PushController:
         self._corners, self._shape = plane(np.array(self._boat.corners)), HullSides(self._vessel)
         room = self._shape.rooms(params.water.contact_friction)
         self._room = np.array(room) - self._boat.width
-        self._follower = PathFollower(self._vessel, planner, gains, tolerances)
+        self._follower = PathFollower(self._vessel, planner, gains, tolerances, among)
         self._drag = drag(self._vessel.sway, planner.gains.speed)
 
     def act(
@@ -64,7 +70,8 @@ class PushController:
         memory.released &= ~begins
         memory.released = self._settling.update(relations, vessel, memory.released)
         memory.replan &= ~memory.released
-        self._follower.plan(relations, vessel.drift, memory, begins | memory.replan)
+        plans = begins | memory.replan
+        self._follower.plan(relations, vessel.drift, memory, plans, sensed.obstacle)
         forward, along, moment = self._follower.wrench(relations, vessel.drift, caged, memory)
         places = self.places(sensed.slot, pushing, sensed.side)
         reserve, least = gains.moment_reserve * self._drag, gains.contact_force * self._drag

@@ -7,16 +7,18 @@ first; a world of another scale is shrunk.
 """
 
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from asv_env.geometry import mirrored
 from asv_env.params import EnvParams
 from asv_env.sensing.kalman import predicted
 from asv_env.tasks.formation import relate
 from asv_env.types import Action, Bool, Float, Observation, Sensed, put_rows, rows
-from baselines.mirror import at_scale, mirror_image
+from baselines.mirror import PushSide, at_scale, mirror_image, view_from
+from baselines.scripted.clear_planner import ClearPlanner
 from baselines.scripted.docking import GraspMemory
 from baselines.scripted.gains import GraspGains, PathGains, PushGains, Tolerances
 from baselines.scripted.grasp_controller import GraspController
@@ -38,6 +40,8 @@ class Memory:
     vessel: VesselMemory
     grasp: GraspMemory
     path: PathMemory
+    side: Float  #: (W,) from which the team pushes, +1 or -1
+    own: PushSide | None  #: how the team stands on that side, where it chooses it
 
 
 class ScriptedPolicy:
@@ -69,7 +73,7 @@ class ScriptedPolicy:
                 f"action_mode = {params.action_mode!r}: the scripted policy speaks "
                 "'tracking', forward speed and yaw rate; make the environment with it"
             )
-        self._shrinking = 1.0 / params.scale
+        self._shrinking, self._params = 1.0 / params.scale, params
         params = params.rescaled(self._shrinking)  # Gains are those of the nominal size.
         self._has_goal = params.definition.has_goal
         self._helm = Helm(params)
@@ -78,23 +82,20 @@ class ScriptedPolicy:
         self._delay = params.sensors.delay
         self._grasp = GraspController(params, grasp)
         planner = planner or PathPlanner(params.hulls()[0], PathGains())
-        self._push = PushController(params, planner, push, tolerances)
+        self._among = None
+        if params.obstacles or params.water.walls is not None:
+            self._among = ClearPlanner(params, planner.gains, grasp, params.sensors.shared)
+        self._push = PushController(params, planner, push, tolerances, self._among)
         self._observer, self._filtered = VesselObserver(params), filtered
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
     ) -> tuple[Action, Memory]:
         """See ``Policy.act``."""
-        side = np.where(sensed.side < 0, -1.0, 1.0)
-        sensed = mirror_image(at_scale(sensed, self._shrinking), side)
         if memory is None:
-            worlds, team = sensed.slot.shape
-            grasp, path = GraspMemory.empty(worlds, team), PathMemory.empty(worlds)
-            reference = np.zeros((worlds, team, 2))
-            vessel = VesselMemory.empty(worlds)
-            memory = Memory(np.zeros_like(fresh), reference, vessel, grasp, path)
-            fresh = np.ones_like(fresh)
+            memory, fresh = self._empty(*sensed.slot.shape), np.ones_like(fresh)
         memory = deepcopy(memory)
+        sensed, side = self._seen(sensed, memory, fresh)
         self._observer.update(sensed, memory.vessel, memory.pushing & ~memory.path.released)
         # What was believed of a vessel that comes into sight is older than its measurement.
         sighted = sensed.seen[:, 0] & ~memory.vessel.seen
@@ -129,6 +130,45 @@ class ScriptedPolicy:
         memory.reference[fresh] = 0.0
         action, memory.reference = self._helm.set_points(command, memory.reference)
         return action.astype(np.float32), memory
+
+    def _empty(self, worlds: int, team: int) -> Memory:
+        """Returns memory of worlds in which nothing has happened yet."""
+        return Memory(
+            np.zeros(worlds, dtype=bool),
+            np.zeros((worlds, team, 2)),
+            VesselMemory.empty(worlds),
+            GraspMemory.empty(worlds, team),
+            PathMemory.empty(worlds, self._among is not None),
+            np.ones(worlds),
+            None,
+        )
+
+    def _seen(self, sensed: Sensed, memory: Memory, fresh: Bool) -> tuple[Sensed, Float]:
+        """Returns what a team that pushes from the +n side would sense, and the sides (W,).
+
+        Among obstacles the team chooses its side when an episode begins, and switches where its
+        path asks for it; elsewhere the task prescribes it.
+        """
+        prescribed = np.where(sensed.side < 0, -1.0, 1.0)
+        if self._among is None or not self._params.sensors.shared or not self._has_goal:
+            memory.side = prescribed
+            return mirror_image(at_scale(sensed, self._shrinking), prescribed), prescribed
+        if fresh.any():
+            here = rows(at_scale(sensed, self._shrinking), fresh)
+            here = mirror_image(here, prescribed[fresh])
+            other = self._among.sides(here.measured[:, 0, :3], here.goal, here.obstacle)
+            memory.side[fresh] = np.where(other, -1.0, 1.0) * prescribed[fresh]
+        switch = memory.path.switch & memory.pushing & ~fresh
+        memory.side[switch] *= -1.0
+        memory.path.switch[:] = False
+        if switch.any():  # What is remembered is that of the mirror image from now on.
+            vessel, flip = memory.vessel, np.where(switch, -1.0, 1.0)
+            vessel.motion = mirrored(vessel.motion[:, None], flip)[:, 0]
+            vessel.drift[switch] = vessel.drift[switch].conj()
+        changes = fresh | switch
+        seen, memory.own = view_from(self._params, sensed, memory.own, changes, memory.side)
+        seen = at_scale(replace(seen, side=memory.side.copy()), self._shrinking)
+        return seen, memory.side.copy()
 
 
 def unfiltered(params: EnvParams) -> ScriptedPolicy:
