@@ -101,7 +101,7 @@ def steered(team, motion, slot, memory=None, drift=0.0):
     relations = relate(motion, sensed.goal, slot, sensed.side)
     begins = np.array([memory is None])
     memory = memory or GraspMemory.empty(*slot.shape)
-    vessel = VesselMemory.empty(1)
+    vessel = VesselMemory.empty(*slot.shape)
     vessel.drift[:] = drift
     return controller.act(relations, sensed, vessel, memory, begins)[0], memory
 

@@ -24,7 +24,7 @@ def watch(params, ticks, worlds=8, motions=None):
     """Errors (T, W, 6) of observer and sensors' filter, and drifts (T, W); the boats are off."""
     sim, kalman = Simulation(params, worlds), VesselObserver(params)
     sim.reset(seeds=range(worlds)) if motions is None else begin_at(sim, motions)
-    memory, idle = VesselMemory.empty(worlds), np.zeros(worlds, dtype=bool)
+    memory, idle = VesselMemory.empty(worlds, params.num_boats), np.zeros(worlds, dtype=bool)
     kalman.restart(sim.sensed, memory, ~idle)
     own, filtered, drifts = [], [], []
     for _ in range(ticks):
@@ -95,7 +95,7 @@ def test_episode_begins_at_rest_from_its_first_measurement():
     sim = Simulation(params, 3)
     sim.reset(seeds=range(3))
     kalman = VesselObserver(params)
-    memory = VesselMemory.empty(3)
+    memory = VesselMemory.empty(3, params.num_boats)
     memory.motion[:], memory.drift[:], memory.force[:] = 9.0, 9.0, 9.0
     kalman.restart(sim.sensed, memory, np.array([True, False, True]))
     for world in (0, 2):
@@ -137,7 +137,7 @@ def test_corrections_are_those_of_the_kalman_filter():
     )
     for axis, expected in enumerate((linear, linear, angular)):
         for column, entry in enumerate((axis, 3 + axis)):
-            memory, measured = VesselMemory.empty(1), np.zeros_like(sim.sensed.measured)
+            memory, measured = VesselMemory.empty(1, 4), np.zeros_like(sim.sensed.measured)
             measured[0, 0, entry] = touch
             kalman.update(replace(sim.sensed, measured=measured), memory, np.ones(1, dtype=bool))
             corrections = memory.motion[0, [axis, 3 + axis]] / touch
@@ -161,7 +161,7 @@ def test_expected_acceleration_is_that_of_the_physics(drag):
     sim.step(np.zeros_like(sim.state.thrust))
     acceleration = hz * (sim.state.motion[:, 0, 3:] - motions[:, 0, 3:])
     kalman = VesselObserver(params)
-    memory = VesselMemory.empty(worlds)
+    memory = VesselMemory.empty(worlds, 2)
     memory.motion[:], memory.drift[:] = motions[:, 0], 0.012 * np.exp(1j * heading)
     np.testing.assert_allclose(kalman.acceleration(memory), acceleration, atol=2e-4)
     assert (rms(acceleration, 0) > 0.01).all()
@@ -183,7 +183,7 @@ def test_wrench_that_balances_drag_and_coupling_keeps_the_velocity(
         (surge_mass - sway_mass) * surge * sway,
     ]
     kalman = VesselObserver(params)
-    memory = VesselMemory.empty(1)
+    memory = VesselMemory.empty(1, params.num_boats)
     memory.drift[:] = east + 1j * north
     velocity = memory.drift[0] + (surge + 1j * sway) * np.exp(1j * heading)
     memory.motion[0] = [1.0, -2.0, heading, velocity.real, velocity.imag, yaw_rate]
@@ -223,15 +223,16 @@ def test_noise_is_not_taken_for_a_current():
     assert np.abs(drift).max() < PathGains().still_water
 
 
-def test_drift_is_learnt_only_of_a_vessel_that_is_left_alone():
+def test_a_boat_that_lies_at_the_vessel_is_not_taken_for_a_current():
+    """Its thrust is known only from the push on."""
     params = make_params("push", 2, "current")
     sim, kalman = Simulation(params, 3), VesselObserver(params)
     sim.reset(seeds=range(3))
-    memory = VesselMemory.empty(3)
+    memory = VesselMemory.empty(3, 2)
     kalman.restart(sim.sensed, memory, np.ones(3, dtype=bool))
-    pushing = np.array([True, False, False])
+    pushing = np.zeros(3, dtype=bool)
     touching = np.zeros((3, 2, 2), dtype=bool)
-    touching[1, 1, 0] = True
+    touching[:2, 1, 0] = True
     for _ in range(20):
         moved = sim.sensed.measured.copy()
         moved[:, 0, 0] += 0.01
@@ -241,11 +242,29 @@ def test_drift_is_learnt_only_of_a_vessel_that_is_left_alone():
     assert memory.drift[2].real > 0
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.01])
+def test_pushing_team_learns_the_current_by_its_thrust(speed):
+    """Where it knows that the water moves: as it slows down, to a good part in ten seconds."""
+    stream = {"current": "uniform", "current_speed": speed, "current_heading": 2.1}
+    params = make_params("push", goal=(0.0, -0.9, 0.0), water=stream, delivery="passing")
+    sim, policy, drifts = Simulation(params, 4), ScriptedPolicy(params), []
+
+    def act(sensed, observation, memory, fresh):
+        action, memory = policy.act(sensed, observation, memory, fresh)
+        memory.vessel.moves[:] = True
+        drifts.append(memory.vessel.drift)
+        return action, memory
+
+    deque(rollout(sim, act, range(4), 30 * params.clock.control), maxlen=0)
+    error = np.array(drifts)[-50:] - speed * np.exp(2.1j)
+    assert rms(error) < 0.002 + 0.5 * speed
+
+
 def test_other_boats_that_touch_each_other_do_not_matter():
     params = make_params("push", 2, "current")
     sim, kalman = Simulation(params, 1), VesselObserver(params)
     sim.reset(seeds=[0])
-    memory = VesselMemory.empty(1)
+    memory = VesselMemory.empty(1, 2)
     kalman.restart(sim.sensed, memory, np.ones(1, dtype=bool))
     touching = np.zeros((1, 2, 2), dtype=bool)
     touching[..., 1] = True
@@ -260,7 +279,7 @@ def test_what_is_lost_corrects_nothing():
     sim, kalman = Simulation(params, 2), VesselObserver(params)
     sim.reset(seeds=range(2))
     idle = np.zeros(2, dtype=bool)
-    memory = VesselMemory.empty(2)
+    memory = VesselMemory.empty(2, 4)
     kalman.restart(sim.sensed, memory, ~idle)
     memory.motion[:, 3:] = [0.02, -0.01, 0.1]
     before = memory.motion.copy()

@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 import pytest
-from helpers import decide, known_at_start, moved
+from helpers import known_at_start, moved
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,7 +12,8 @@ from asv_env import make_params
 from asv_env.geometry import wrap
 from asv_env.tasks.formation import relate
 from baselines.paper.arcs import ArcPath
-from baselines.scripted import PathGains, PathPlanner, PushGains, ScriptedPolicy, Tolerances
+from baselines.scripted import PathGains, PathPlanner, PushGains, Tolerances
+from baselines.scripted.observer import VesselMemory
 from baselines.scripted.path_following import OFF_PATH, PAST_GOAL, PathFollower, PathMemory
 
 
@@ -23,7 +24,7 @@ def planner_of(params):
 
 @functools.cache
 def follower_of(params):
-    return PathFollower(params.hulls()[0], planner_of(params), PushGains(), Tolerances())
+    return PathFollower(params, planner_of(params), PushGains(), Tolerances())
 
 
 def path_of(memory):
@@ -35,8 +36,15 @@ def planned(params, sensed, drift):
     worlds = len(sensed.side)
     follower, memory = follower_of(params), PathMemory.empty(worlds)
     relations = relate(sensed.measured, sensed.goal, sensed.slot, sensed.side)
-    follower.plan(relations, drift, memory, np.ones(worlds, dtype=bool))
+    follower.plan(relations, carried_by(drift), memory, np.ones(worlds, dtype=bool))
     return follower, memory
+
+
+def carried_by(drift):
+    """What is known of vessels in water that has carried them like this all the time."""
+    vessel = VesselMemory.empty(len(drift), 4)
+    vessel.drift[:] = vessel.mean[:] = drift
+    return vessel
 
 
 @given(st.floats(0.05, 0.95), st.floats(-0.05, 0.05), st.floats(-0.5, 0.5))
@@ -54,7 +62,7 @@ def test_vessel_knows_where_it_is_on_its_path(share, cross_track, turned):
     relations = relate(placed.measured, placed.goal, placed.slot, placed.side)
     speed = np.array([0.05])
     for _ in range(60):
-        seen = follower.track(relations, still, speed, memory)
+        seen = follower.track(relations, carried_by(still), speed, still.real, memory)
     offset, off, left, curvature = seen
     assert offset[0] == pytest.approx(cross_track, abs=1e-6)
     assert off[0] == pytest.approx(turned, abs=1e-6)
@@ -69,7 +77,7 @@ def test_vessel_knows_where_it_is_on_its_path(share, cross_track, turned):
 
 def test_path_and_water_meet_at_the_goal():
     """The water carries what follows the path to the goal when its time is over."""
-    params, seeds = make_params("push"), range(50)
+    params, seeds = make_params("push", delivery="passing"), range(50)
     rng = np.random.default_rng(0)
     sensed = moved(
         known_at_start(params, seeds), rng.uniform(-1, 1, (len(seeds), 3)) * [0.5, 0.5, np.pi]
@@ -80,7 +88,8 @@ def test_path_and_water_meet_at_the_goal():
     np.testing.assert_allclose(pose[:, :2], sensed.goal[:, :2], atol=1e-9)
     np.testing.assert_allclose(wrap(pose[:, 2] - sensed.goal[:, 2]), 0.0, atol=1e-9)
     planner = planner_of(params)
-    beyond = planner.run_out  # The goal is passed in moving water.
+    # The goal is passed in moving water.
+    beyond = planner.run_out(planner.gains.passing_speed)
     carried = drift * (planner.time(memory.length.sum(axis=1) + beyond) - planner.time(beyond))
     begins = memory.start[:, 0] + 1j * memory.start[:, 1] - carried
     vessel = sensed.measured[:, 0, 0] + 1j * sensed.measured[:, 0, 1]
@@ -94,17 +103,17 @@ def test_path_and_water_meet_at_the_goal():
 )  # fmt: skip
 def test_a_vessel_that_misses_its_goal_gets_a_new_path(along, across, missed):
     """Straight ahead of the goal by so many lengths, and of cross-track error."""
-    params = make_params("push", goal=(0.0, -1.0, 0.0))
-    sensed, policy = known_at_start(params, [0]), ScriptedPolicy(params)
-    _, memory = decide(policy, sensed)
-    path, length = memory.path, params.vessel.length
-    assert path.length.sum() == pytest.approx(1.0, abs=1e-9)
+    params, still = make_params("push", goal=(0.0, -1.0, 0.0)), np.zeros(1, complex)
+    sensed = known_at_start(params, [0])
+    follower, memory = planned(params, sensed, still)
+    start, length = memory.start.copy(), params.vessel.length
+    assert memory.length.sum() == pytest.approx(1.0, abs=1e-9)
     there = moved(sensed, np.array([[across * length, -1.0 - along * length, 0.0]]))
+    relations = relate(there.measured, there.goal, there.slot, there.side)
     for _ in range(2):
-        _, memory = decide(policy, there, memory)
-    if not missed:
-        np.testing.assert_array_equal(memory.path.start, path.start)
-        np.testing.assert_array_equal(memory.path.length, path.length)
-        return
-    np.testing.assert_allclose(memory.path.start[0], there.measured[0, 0, :3], atol=1e-5)
-    np.testing.assert_allclose(path_of(memory.path).end[0, :2], params.task.goal[:2], atol=1e-9)
+        follower.track(relations, carried_by(still), still.real, still.real, memory)
+    assert memory.replan[0] == missed
+    follower.plan(relations, carried_by(still), memory, memory.replan)
+    expected = there.measured[:, 0, :3] if missed else start
+    np.testing.assert_allclose(memory.start, expected, atol=1e-9)
+    np.testing.assert_allclose(path_of(memory).end[0, :2], params.task.goal[:2], atol=1e-9)

@@ -51,11 +51,11 @@ def test_is_precise_under_noise_in_the_papers_experiment():
         ("noisy", 8, "holding", 0.9),
         ("delay", 4, "holding", 0.9),
         ("current", 4, "passing", 0.85),
+        ("current", 4, "holding", 0.9),
         ("failure", 6, "holding", 0.8),
     ],
 )
 def test_delivers_to_goals_all_over_the_plane(scenario, num_boats, delivery, share):
-    """In moving water it passes goals; it has no law that would hold a vessel there."""
     done = rows(make_params("transport", num_boats, scenario, delivery=delivery), 10)
     assert np.mean([row.success for row in done]) >= share
 

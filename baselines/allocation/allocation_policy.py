@@ -59,7 +59,7 @@ class Memory:
         course.axis[:] = 1.0
         return cls(
             reference=np.zeros((*boats, 2)),
-            vessel=VesselMemory.empty(worlds),
+            vessel=VesselMemory.empty(worlds, team),
             course=course,
             limits=zeros(Limits, *[world] * 4),
             place=np.zeros(boats, dtype=np.complex128),

@@ -116,6 +116,13 @@ class PathGains:
     #: the same in moving water, m/s: slow enough to pass by the paper's instant, no slower, so that
     #: the water has no time to carry the vessel off
     passing_speed: float = 0.0072
+    #: speed through the water at a goal where the vessel is held, m/s: half the tolerance of its
+    #: speed over ground
+    held_speed: float = 0.001
+    #: time in which the team goes round and grasps the vessel from the other side, s
+    turning_time: float = 25.0
+    #: path length over which a current is taken to last, vessel lengths
+    current_length: float = 1.25
     #: speed of the water, m/s, from which it moves: in 10 s it carries the vessel as far as the
     #: tolerance of its position; in slower water the team lets go of the vessel
     still_water: float = 0.005

@@ -36,7 +36,7 @@ class GraspController:
 
     def __init__(self, params: EnvParams, gains: GraspGains) -> None:
         vessel, self._boat = params.hulls()
-        self._shape = HullSides(vessel)
+        self._shape = HullSides(vessel, self._boat)
         self._max_sidestep = MAX_SIDESTEP * params.task.slot_distance
         self._hz = params.clock.control
         self._helm = Helm(params)

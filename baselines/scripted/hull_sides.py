@@ -6,16 +6,18 @@ the -n side.
 
 import numpy as np
 
-from asv_env.params import VesselParams
+from asv_env.geometry import plane
+from asv_env.params import BoatParams, VesselParams
 from asv_env.polygons import upper_side
-from asv_env.tasks.formation import holding_part
+from asv_env.tasks.formation import Relations, holding_part
 from asv_env.types import Complex, Float
 
 
 class HullSides:
     """Heights of the side that faces the team, and the ends."""
 
-    def __init__(self, vessel: VesselParams) -> None:
+    def __init__(self, vessel: VesselParams, boat: BoatParams) -> None:
+        self._corners = plane(np.array(boat.corners))
         #: u of the ends, m
         self.stern, self.bow, _, _ = vessel.extents
         corners = vessel.corners
@@ -45,3 +47,19 @@ class HullSides:
     def beyond(self, u: Float, end: Float) -> Float:
         """Returns how far u (...) lies beyond the end -1 or +1 (...), m."""
         return end * u - np.where(end < 0, -self.stern, self.bow)
+
+    def clearance(self, relations: Relations, end: Float, side: Float) -> Float:
+        """Returns the gaps (W, A) between boats and the hull's side or end where they are, m."""
+        corners = self._corners_of(relations)
+        beside = (corners.imag - self.height(corners.real, side)).min(axis=-1)
+        return np.where(end == 0, beside, self.gap(relations, end))
+
+    def gap(self, relations: Relations, end: Float) -> Float:
+        """Returns the gaps (W, A) between boats and the end -1 or +1 of the hull, m."""
+        return self.beyond(self._corners_of(relations).real, end[..., None]).min(axis=-1)
+
+    def _corners_of(self, relations: Relations) -> Complex:
+        """Returns the corners (W, A, C) of the boats, vessel frame, m."""
+        bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
+        corners: Complex = relations.boat[..., None] + self._corners * bow[..., None]
+        return corners

@@ -1,8 +1,9 @@
 """What the vessel needs to follow its path: the force and the moment that the boats are to exert.
 
 The path is planned as the vessel sees the water. A current carries vessel and path alike, and the
-path is laid so that it has been carried to the goal when the vessel comes to its end. A vessel
-that leaves its path or passes its goal gets a new path.
+path is laid so that it has been carried to the goal when the vessel comes to its end. There the
+team holds it against the water, where the task wants it held. A vessel that leaves its path or
+passes its goal gets a new path.
 """
 
 from dataclasses import dataclass, replace
@@ -11,15 +12,16 @@ from typing import Self
 import numpy as np
 
 from asv_env.geometry import direction, wrap
-from asv_env.params import NOMINAL_LENGTH, VesselParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, zeros
 from baselines.paper.arcs import ArcPath
-from baselines.paper.coasting import coasting_distance
+from baselines.paper.coasting import coasting_distance, drag
 from baselines.scripted import clear_paths
 from baselines.scripted.clear_planner import ClearPlanner
 from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.lqr import PreviewLqr
+from baselines.scripted.observer import VesselMemory
 from baselines.scripted.planner import SEGMENTS, PathPlanner
 
 MAX_CROSS_TRACK = 0.2  #: saturation of the cross-track error, vessel lengths
@@ -28,6 +30,11 @@ OFF_PATH = 0.75  #: cross-track error at which a new path is planned, vessel len
 PAST_GOAL = 0.15
 """Path length beyond the goal at which a new path is planned, vessel lengths: a little more than
 the tolerance, within which the vessel may still come to rest."""
+HOLD_TIME = 3.0
+"""Time before the goal, s, in which the team begins to hold the vessel over ground: that in which
+its velocity along the hull follows a force."""
+HOLD_GAIN = 0.2  #: speed over ground per distance with which a held vessel returns to its goal, 1/s
+HOLD_FIRMNESS = 0.5  #: force per mass and speed error of a held vessel, 1/s
 UNCAGED_HEADING = 0.1  #: tolerated heading error where no end boat prevents skidding, rad
 
 
@@ -44,12 +51,13 @@ class PathMemory:
     cruise: Float  #: (W,) largest speed of the vessel, m/s
     halts: Bool  #: (W,) whether the path ends where the team has to switch to the other side
     switch: Bool  #: (W,) whether the team has to switch to the other side now
+    held: Float  #: (W,) to which share the vessel is held over ground
 
     @classmethod
     def empty(cls, worlds: int, among_obstacles: bool = False) -> Self:
         """Returns memory to be filled by ``PathFollower.plan``."""
         segments = worlds, clear_paths.SEGMENTS if among_obstacles else SEGMENTS
-        return zeros(cls, (worlds, 3), segments, segments, *[(worlds,)] * 6)
+        return zeros(cls, (worlds, 3), segments, segments, *[(worlds,)] * 7)
 
 
 class PathFollower:
@@ -57,14 +65,16 @@ class PathFollower:
 
     def __init__(
         self,
-        vessel: VesselParams,
+        params: EnvParams,
         planner: PathPlanner,
         gains: PushGains,
         tolerances: Tolerances,
         among: ClearPlanner | None = None,
     ) -> None:
+        vessel, _ = params.hulls()
         self._among = among
         self._vessel, self._planner, self._gains = vessel, planner, gains
+        self._holds = params.task.delivery == "holding"
         self._caged = PreviewLqr(vessel, tolerances)
         self._uncaged = PreviewLqr(vessel, replace(tolerances, force=0.0, heading=UNCAGED_HEADING))
         self.preview_times = self._caged.preview_times
@@ -72,25 +82,23 @@ class PathFollower:
     def plan(
         self,
         relations: Relations,
-        drift: Complex,
+        vessel: VesselMemory,
         memory: PathMemory,
         which: Bool,
         obstacle: Float | None = None,
     ) -> None:
         """Plans paths from where the vessels are, in the worlds ``which`` (W,), into ``memory``.
 
-        They keep clear of obstacles (W, M, 5).
+        They keep clear of obstacles (W, M, 5). In open water the team switches to the other side
+        where a path from there is faster, with the time for going round.
         """
         if not which.any():
             return
         position, heading = relations.position[which, 0], relations.heading[which, 0]
         goal, turn = relations.goal[which], -relations.heading_error[which]
-        path, carried = self._planner.plan(goal, turn), 0.0 * goal
-        if (drift[which] != 0).any():
-            for _ in range(2):  # The time depends on the path, and that on the time.
-                carried = drift[which] * self._time(path.total_length, drift[which])
-                path = self._planner.plan(goal - carried * heading.conj(), turn)
-        start = position + carried
+        water, mean = vessel.drift[which] * heading.conj(), vessel.mean[which] * heading.conj()
+        path, carried, time = self._planned(goal, turn, water, mean)
+        start = position + carried * heading
         pose = np.stack([start.real, start.imag, np.angle(heading)], axis=-1)
         memory.cruise[which] = self._planner.gains.speed
         if self._among is not None and obstacle is not None:
@@ -99,43 +107,81 @@ class PathFollower:
             plans = self._among.plan(pose, aim, obstacle[which], path)
             path, memory.switch[which], memory.halts[which] = plans
             memory.cruise[which] = self._planner.cruise(path)
+        elif self._holds:
+            *_, other = self._planned(goal.conj(), -turn, water.conj(), mean.conj())
+            memory.switch[which] = other + self._planner.gains.turning_time < time
         memory.start[which] = pose
         memory.curvature[which], memory.length[which] = path.curvature, path.length
         memory.progress[which], memory.replan[which] = 0.0, False
 
+    def _planned(
+        self, goal: Complex, turn: Float, water: Complex, mean: Complex
+    ) -> tuple[ArcPath, Complex, Float]:
+        """Returns paths to goals (n,) m and headings (n,) rad, in the vessel's frame.
+
+        ``water`` (n,) is its velocity in that frame, and ``mean`` (n,) that on the way so far, m/s.
+
+        Returns:
+            The paths through the water; how far it carries vessels until they are there (n,), m;
+            and when they are there (n,), s.
+        """
+        run_out = self._run_out(water, turn)
+        path, carried = self._planner.plan(goal, turn), 0.0 * goal
+        if (water != 0).any():
+            for _ in range(2):  # The time depends on the path, and that on the time.
+                carried = self._carried(water, mean, path.total_length, run_out)
+                path = self._planner.plan(goal - carried, turn)
+        return path, carried, self._time(path.total_length, run_out)
+
     def wrench(
-        self, relations: Relations, drift: Complex, caged: Bool, memory: PathMemory
+        self, relations: Relations, vessel: VesselMemory, caged: Bool, memory: PathMemory
     ) -> tuple[Float, Float, Float]:
         """Returns what leads the vessel along its path to rest at the goal.
 
         Args:
             relations: estimated relations.
-            drift: (W,) velocity of the water, m/s, world frame.
+            vessel: what is known of the vessel and its water.
             caged: (W,) whether end boats can exert the force along the hull.
-            memory: the paths; ``progress`` and ``replan`` are updated.
+            memory: the paths; ``progress``, ``replan`` and ``held`` are updated.
 
         Returns:
             Force (W,) towards -n, N, negative where the vessel is too fast; force (W,) along the
             hull, N; moment (W,), N m.
         """
-        velocity = (relations.velocity[:, 0] - drift) * relations.heading[:, 0].conj()
+        drift = vessel.drift
+        water = drift * relations.heading[:, 0].conj()
+        velocity = relations.velocity[:, 0] * relations.heading[:, 0].conj() - water
         speed, yaw_rate = -velocity.imag, relations.yaw_rate[:, 0]
-        cross_track, turned, remaining, curvature = self.track(relations, drift, speed, memory)
+        run_out = self._run_out(water, -relations.heading_error)
+        tracked = self.track(relations, vessel, speed, run_out, memory)
+        cross_track, turned, remaining, curvature = tracked
+        held = self._held(drift, self._time(remaining, run_out)) * ~memory.halts
+        memory.held = held
+        stream = held * water.real
         limit = MAX_CROSS_TRACK * self._vessel.size
         cross_track = np.clip(cross_track, -limit, limit)
         turned = np.clip(turned, -MAX_HEADING_ERROR, MAX_HEADING_ERROR)
-        deviation = np.stack([cross_track, turned, velocity.real, yaw_rate], axis=-1)
+        deviation = np.stack([cross_track, turned, velocity.real + stream, yaw_rate], axis=-1)
         lqrs = self._caged, self._uncaged
         wrenches = (lqr.wrench(speed, deviation, curvature) for lqr in lqrs)
         along, moment = np.where(caged[:, None], *wrenches).T
         limit = self._gains.max_end_force * self._vessel.size / NOMINAL_LENGTH
-        remaining = remaining + self._run_out(drift)
-        slows = np.where(memory.halts, np.inf, remaining)
+        along -= drag(self._vessel.surge, stream)
+        slows = np.where(memory.halts, np.inf, remaining + run_out)
         forward = self._planner.force(slows, speed, self._gains.speed_gain, memory.cruise)
+        wanted = HOLD_GAIN * remaining + water.imag
+        firmness = HOLD_FIRMNESS * self._vessel.masses[1]
+        holding = drag(self._vessel.sway, wanted) + firmness * (wanted - speed)
+        forward = (1 - held) * forward + held * holding
         return forward, np.clip(along, -limit, limit), moment
 
     def track(
-        self, relations: Relations, drift: Complex, speed: Float, memory: PathMemory
+        self,
+        relations: Relations,
+        vessel: VesselMemory,
+        speed: Float,
+        run_out: Float,
+        memory: PathMemory,
     ) -> tuple[Float, Float, Float, Float]:
         """Finds the vessel on its path, and updates ``memory.progress`` and ``memory.replan``.
 
@@ -148,7 +194,7 @@ class PathFollower:
         """
         path = ArcPath(memory.start, memory.curvature, memory.length)
         total, length = path.total_length, self._vessel.size
-        carried = drift * self._time(total - memory.progress, drift)
+        carried = self._carried(vessel.drift, vessel.mean, total - memory.progress, run_out)
         reference = path.pose_at(memory.progress)
         offset = relations.position[:, 0] + carried - (reference[:, 0] + 1j * reference[:, 1])
         offset = offset * direction(-reference[:, 2])
@@ -165,12 +211,36 @@ class PathFollower:
         heading_error = wrap(np.angle(relations.heading[:, 0]) - heading)
         return offset.real, heading_error, total - reached, curvature
 
-    def _run_out(self, drift: Complex) -> Float:
-        """Returns how far paths (W,) end beyond the goal, m, which is passed in moving water."""
-        moves = np.abs(drift) > self._planner.gains.still_water
-        return np.where(moves, self._planner.run_out, 0.0)
+    def _run_out(self, water: Complex, turn: Float) -> Float:
+        """Returns how far (W,) beyond the goal the timetables end, m.
 
-    def _time(self, remaining: Float, drift: Complex) -> Float:
+        In still water the vessel comes to rest at the goal. In moving water it passes the goal, or
+        is held there: then it still moves through the water, as fast as that comes to meet it.
+
+        Args:
+            water: (W,) velocity of the water in the vessel's frame, m/s.
+            turn: (W,) heading of the goal in that frame, rad.
+        """
+        gains = self._planner.gains
+        meets = (water * direction(-turn)).imag
+        through = np.maximum(meets, gains.held_speed) if self._holds else gains.passing_speed
+        moves = np.abs(water) > gains.still_water
+        return np.where(moves, self._planner.run_out(through), 0.0)
+
+    def _held(self, drift: Complex, time: Float) -> Float:
+        """Returns to which share (W,) vessels are held over ground, at times (W,) from the goal."""
+        moves = np.abs(drift) > self._planner.gains.still_water
+        return np.exp(-np.maximum(time, 0.0) / HOLD_TIME) * (moves & self._holds)
+
+    def _carried(self, drift: Complex, mean: Complex, remaining: Float, run_out: Float) -> Complex:
+        """Returns how far (W,) m water carries vessels on path lengths (W,) m to the goal.
+
+        Its velocity (W,) here, m/s, differs from the ``mean`` (W,) on the way so far, to which it
+        returns on the way ahead.
+        """
+        lasting = self._planner.lasting(remaining + run_out, remaining)
+        return mean * self._time(remaining, run_out) + (drift - mean) * lasting
+
+    def _time(self, remaining: Float, run_out: Float) -> Float:
         """Returns the times (W,) to the goal, s, for the path lengths (W,) to it, m."""
-        beyond = self._run_out(drift)
-        return self._planner.time(remaining + beyond) - self._planner.time(beyond)
+        return self._planner.time(remaining + run_out) - self._planner.time(run_out)

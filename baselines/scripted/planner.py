@@ -1,6 +1,7 @@
 """Plans the vessel's path to its goal, and its speed along it."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from asv_env.geometry import direction
 from asv_env.params import VesselParams
@@ -32,15 +33,17 @@ class PathPlanner:
             )
         self._vessel, self.gains = vessel, gains
         self._overshoot = coasting_distance(vessel, gains.goal_speed / gains.braking)
-        #: path length by which the path in moving water ends beyond the goal, m
-        self.run_out = float(
-            coasting_distance(vessel, gains.passing_speed / gains.braking) - self._overshoot
-        )
         # Near the goal the speed changes within centimetres; far from it, it does not change.
         remaining = TIMETABLE_LENGTH * vessel.size * np.linspace(0.0, 1.0, 5000) ** 2
         slowness = 1.0 / self.speed(remaining)
         steps = np.diff(remaining) * (slowness[1:] + slowness[:-1]) / 2
         self._timetable = remaining, np.concatenate([[0.0], np.cumsum(steps)])
+        # Time weighted by how far ahead it is spent: the weight falls by a factor e in ``reach``.
+        self._reach = gains.current_length * vessel.size
+        lasting, keep = np.zeros(len(remaining)), np.exp(-np.diff(remaining) / self._reach)
+        for k, (step, kept) in enumerate(zip(steps, keep, strict=True)):
+            lasting[k + 1] = kept * lasting[k] + step
+        self._lasting = remaining, lasting
 
     def plan(self, goal: Complex, heading: Float) -> ArcPath:
         """Returns paths from the origin to goals, at positions (W,) m and headings (W,) rad.
@@ -76,6 +79,11 @@ class PathPlanner:
         fastest = self.gains.speed if cruise is None else cruise
         return np.minimum(fastest, self.gains.braking * coasting)
 
+    def run_out(self, speed: ArrayLike) -> Float:
+        """Returns how far (...) beyond the goal timetables end, m, with speeds (...) m/s there."""
+        speed = np.asarray(speed) / self.gains.braking
+        return coasting_distance(self._vessel, speed) - self._overshoot
+
     def cruise(self, path: ArcPath) -> Float:
         """Returns the largest speeds (...) m/s on paths (...), so that no arc takes more force.
 
@@ -100,3 +108,14 @@ class PathPlanner:
     def time(self, remaining: Float) -> Float:
         """Returns the time (...) s that the vessel needs for the path lengths (...) in m left."""
         return np.interp(remaining, *self._timetable)
+
+    def lasting(self, remaining: Float, ahead: Float) -> Float:
+        """Returns for how long (...), s, the current that is met now carries the vessel.
+
+        It is that over the next ``ahead`` (...) of the path lengths ``remaining`` (...), m. The
+        current is taken to be another one farther on: its share falls by a factor e over
+        ``PathGains.current_length``.
+        """
+        beyond = np.interp(remaining - ahead, *self._lasting)
+        fades = np.exp(-np.maximum(ahead, 0.0) / self._reach)
+        return np.interp(remaining, *self._lasting) - fades * beyond

@@ -6,7 +6,7 @@ Boats at the side exert the force and the moment, those at the ends the force al
 
 import numpy as np
 
-from asv_env.geometry import direction, plane
+from asv_env.geometry import direction
 from asv_env.params import EnvParams
 from asv_env.physics.autopilot import bandwidth
 from asv_env.tasks.formation import Relations
@@ -15,6 +15,7 @@ from baselines.paper.coasting import drag
 from baselines.scripted.clear_planner import ClearPlanner
 from baselines.scripted.gains import PushGains, Tolerances
 from baselines.scripted.helm import Helm
+from baselines.scripted.holding import Holding
 from baselines.scripted.hull_sides import HullSides
 from baselines.scripted.observer import VesselMemory
 from baselines.scripted.path_following import PathFollower, PathMemory
@@ -44,11 +45,12 @@ class PushController:
         self._vessel, self._boat = params.hulls()
         self._gains, self._helm = gains, Helm(params)
         self._settling = Settling(params, gains, planner.gains.still_water)
-        self._corners, self._shape = plane(np.array(self._boat.corners)), HullSides(self._vessel)
+        self._shape = HullSides(self._vessel, self._boat)
         room = self._shape.rooms(params.water.contact_friction)
         self._room = np.array(room) - self._boat.width
-        self._follower = PathFollower(self._vessel, planner, gains, tolerances, among)
+        self._follower = PathFollower(params, planner, gains, tolerances, among)
         self._drag = drag(self._vessel.sway, planner.gains.speed)
+        self._holding = Holding(params, gains, planner.gains.still_water)
 
     def act(
         self,
@@ -68,21 +70,34 @@ class PushController:
         pushing = sensed.working & ~at_end
         caged = np.asarray((sensed.working & at_end).any(axis=1))
         memory.released &= ~begins
+        memory.held[begins] = 0.0
         memory.released = self._settling.update(relations, vessel, memory.released)
         memory.replan &= ~memory.released
         plans = begins | memory.replan
-        self._follower.plan(relations, vessel.drift, memory, plans, sensed.obstacle)
-        forward, along, moment = self._follower.wrench(relations, vessel.drift, caged, memory)
+        self._follower.plan(relations, vessel, memory, plans, sensed.obstacle)
+        brake = self._holding.brake(sensed.working, ends)
+        here, there = self._holding.loses(relations, vessel.drift, brake)
+        memory.switch = here | (memory.switch & ~there)
+        forward, along, moment = self._follower.wrench(relations, vessel, caged, memory)
         places = self.places(sensed.slot, pushing, sensed.side)
         reserve, least = gains.moment_reserve * self._drag, gains.contact_force * self._drag
-        force, vessel.moment = allocate(forward, moment, places.real, pushing, reserve, least)
+        # Boats that hold the vessel between its ends turn it, and the others need not.
+        gripped, held = memory.held * (brake > 0), memory.held[:, None]
+        turning = (1 - gripped) * moment
+        force, vessel.moment = allocate(forward, turning, places.real, pushing, reserve, least)
+        vessel.moment = vessel.moment + gripped * moment
         vessel.force = along - 1j * force.sum(axis=1)
         gap, yaw_rate = places - relations.boat, relations.yaw_rate[:, :1]
         hull = relations.velocity[:, :1] * relations.heading[:, :1].conj() + 1j * yaw_rate * places
         water = (vessel.drift * relations.heading[:, 0].conj())[:, None]
         half = np.sign(places.real)
-        end = self._end_command(relations, places, hull, water, yaw_rate, half, along)
-        side = self._side_command(gap, hull, water, yaw_rate, force)
+        moving = self._end_command(relations, places, hull, water, yaw_rate, half, along)
+        wrench = along, gripped * np.clip(-forward, 0.0, brake), gripped * moment
+        gripping = self._holding.grip(relations, hull, water, ends, wrench)
+        end = (1 - held) * np.stack(moving) + held * np.stack(gripping)
+        pushed = self._side_command(gap, hull, water, yaw_rate, force)
+        stemming = self._holding.stem(gap, hull, water, force)
+        side = (1 - held) * np.stack(pushed) + held * np.stack(stemming)
         speed, offset = np.where(at_end, end, side)
         turn = direction(offset - np.pi / 2) * relations.heading[:, :1] / relations.heading[:, 1:]
         yaw_rate = yaw_rate + self._helm.turn(np.arctan2(turn.imag, turn.real))
@@ -138,8 +153,6 @@ class PushController:
         """Returns speed and yaw offset (W, A) of boats that press on the ``end`` -1 or +1."""
         gains, boat = self._gains, self._boat
         gap, forward, through = places - relations.boat, -hull.imag, hull - water
-        bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
-        clearance = self._shape.beyond(relations.boat.real, end) - self._reach(bow, end)
         press = np.maximum(-force[:, None] * end, 0.0) + gains.min_end_force
         # The boat on the outer side of a turn also needs the force that keeps it in the turn.
         needed = press - end * boat.masses[0] * yaw_rate * np.maximum(forward, 0.0)
@@ -147,17 +160,12 @@ class PushController:
             boat.sway, np.maximum(needed, gains.min_end_force), np.maximum(-through.imag, TINY)
         )
         inwards = np.minimum(inwards, MAX_PRESS_OFFSET)
-        course = through.real - end * gains.lateral_gain * clearance
+        course = through.real - end * gains.lateral_gain * self._shape.gap(relations, end)
         course = np.arctan2(course, np.maximum(-through.imag, LEAST_SPEED))
         offset = np.clip(course - end * inwards, -MAX_END_OFFSET, MAX_END_OFFSET)
         ahead = forward - 2 * gains.gap_gain * gap.imag
         speed = ahead * np.cos(offset) + hull.real * np.sin(offset)
         return speed + press * np.sin(inwards) / (boat.masses[0] * bandwidth(boat)), offset
-
-    def _reach(self, bow: Complex, end: Float) -> Float:
-        """Returns how far boats (W, A) with these bows extend towards the hull from the ends, m."""
-        corners = (self._corners * bow[..., None]).real
-        return (-end[..., None] * corners).max(axis=-1)
 
 
 def press_angle(sway: tuple[float, float], force: Float, speed: Float) -> Float:

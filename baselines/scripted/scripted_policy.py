@@ -1,9 +1,12 @@
-"""The scripted baseline: observes, decides the phase of every world, and lets it act.
+"""The scripted baseline: observes, decides side and phase of every world, and lets it act.
 
 All worlds are computed at once. Everything a boat does follows from what the team knows and from
 its own slot, so that each boat can compute its own part; with sensors of their own they do, see
 ``baselines.distributed``. Where the team pushes from the vessel's -n side, the world is mirrored
 first; a world of another scale is shrunk.
+
+The task prescribes the side for the grasp. Where the goal is to be held in water that would carry
+the vessel off the boats there, the team then goes round and grasps it from the other side.
 """
 
 from copy import deepcopy
@@ -12,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.geometry import mirrored
 from asv_env.params import EnvParams
 from asv_env.sensing.kalman import predicted
 from asv_env.tasks.formation import relate
@@ -29,6 +31,7 @@ from baselines.scripted.planner import PathPlanner
 from baselines.scripted.push_controller import PushController
 
 LOST = 0.3  #: distance of a boat to its slot beyond which the grasp is lost, vessel lengths
+HELD = 0.2  #: share by which a vessel is held from which on a lost boat does not matter
 
 
 @dataclass
@@ -86,7 +89,7 @@ class ScriptedPolicy:
         if params.obstacles or params.water.walls is not None:
             self._among = ClearPlanner(params, planner.gains, grasp, params.sensors.shared)
         self._push = PushController(params, planner, push, tolerances, self._among)
-        self._observer, self._filtered = VesselObserver(params), filtered
+        self._observer, self._filtered = VesselObserver(params, by_thrust=True), filtered
 
     def act(
         self, sensed: Sensed, observation: Observation, memory: Memory | None, fresh: Bool
@@ -95,7 +98,8 @@ class ScriptedPolicy:
         if memory is None:
             memory, fresh = self._empty(*sensed.slot.shape), np.ones_like(fresh)
         memory = deepcopy(memory)
-        sensed, side = self._seen(sensed, memory, fresh)
+        sensed, switch = self._seen(sensed, memory, fresh)
+        side = memory.side
         self._observer.update(sensed, memory.vessel, memory.pushing & ~memory.path.released)
         # What was believed of a vessel that comes into sight is older than its measurement.
         sighted = sensed.seen[:, 0] & ~memory.vessel.seen
@@ -109,10 +113,12 @@ class ScriptedPolicy:
         relations = relate(motion, sensed.goal, sensed.slot, np.ones(len(side)))
 
         # A world PUSHes from closure on, or where a failed boat prevents it, until a boat is far
-        # from its slot.
+        # from its slot; a vessel is also held by some of the boats.
+        held = memory.pushing & (memory.path.held > HELD)
         near = (relations.slot_error < self._lost) | ~sensed.working | ~sensed.seen[:, 1:]
+        near |= held[:, None] & (relations.slot_error < 2 * self._lost)
         blocked = self._grasp.blocked(sensed, memory.grasp)
-        pushes_on = (memory.pushing | blocked) & ~fresh & near.all(axis=1)
+        pushes_on = (memory.pushing | blocked) & ~fresh & ~switch & near.all(axis=1)
         pushing = (sensed.closed | pushes_on) & self._has_goal
         begins = fresh | (pushing != memory.pushing)
         memory.pushing = pushing
@@ -128,7 +134,9 @@ class ScriptedPolicy:
                 put_rows(own, where, here[3])
         command[..., 1] *= side[:, None]
         memory.reference[fresh] = 0.0
-        action, memory.reference = self._helm.set_points(command, memory.reference)
+        before = memory.reference
+        action, memory.reference = self._helm.set_points(command, before)
+        self._observer.command(memory.vessel, before, memory.reference)
         return action.astype(np.float32), memory
 
     def _empty(self, worlds: int, team: int) -> Memory:
@@ -136,24 +144,26 @@ class ScriptedPolicy:
         return Memory(
             np.zeros(worlds, dtype=bool),
             np.zeros((worlds, team, 2)),
-            VesselMemory.empty(worlds),
+            VesselMemory.empty(worlds, team),
             GraspMemory.empty(worlds, team),
             PathMemory.empty(worlds, self._among is not None),
             np.ones(worlds),
             None,
         )
 
-    def _seen(self, sensed: Sensed, memory: Memory, fresh: Bool) -> tuple[Sensed, Float]:
-        """Returns what a team that pushes from the +n side would sense, and the sides (W,).
+    def _seen(self, sensed: Sensed, memory: Memory, fresh: Bool) -> tuple[Sensed, Bool]:
+        """Returns what a team that pushes from the +n side would sense, and where it switches (W,).
 
-        Among obstacles the team chooses its side when an episode begins, and switches where its
-        path asks for it; elsewhere the task prescribes it.
+        The task prescribes the side. Among obstacles the team chooses it when an episode begins.
+        It switches to the other side where its path, or the water at its goal, asks for it.
         """
         prescribed = np.where(sensed.side < 0, -1.0, 1.0)
-        if self._among is None or not self._params.sensors.shared or not self._has_goal:
-            memory.side = prescribed
-            return mirror_image(at_scale(sensed, self._shrinking), prescribed), prescribed
-        if fresh.any():
+        if not self._params.sensors.shared or not self._has_goal:  # Boats had to agree on it.
+            memory.side, memory.path.switch[:] = prescribed, False
+            seen = mirror_image(at_scale(sensed, self._shrinking), prescribed)
+            return seen, np.zeros_like(fresh)
+        memory.side[fresh] = prescribed[fresh]
+        if self._among is not None and fresh.any():
             here = rows(at_scale(sensed, self._shrinking), fresh)
             here = mirror_image(here, prescribed[fresh])
             other = self._among.sides(here.measured[:, 0, :3], here.goal, here.obstacle)
@@ -162,13 +172,10 @@ class ScriptedPolicy:
         memory.side[switch] *= -1.0
         memory.path.switch[:] = False
         if switch.any():  # What is remembered is that of the mirror image from now on.
-            vessel, flip = memory.vessel, np.where(switch, -1.0, 1.0)
-            vessel.motion = mirrored(vessel.motion[:, None], flip)[:, 0]
-            vessel.drift[switch] = vessel.drift[switch].conj()
+            memory.vessel.turn(switch)
         changes = fresh | switch
         seen, memory.own = view_from(self._params, sensed, memory.own, changes, memory.side)
-        seen = at_scale(replace(seen, side=memory.side.copy()), self._shrinking)
-        return seen, memory.side.copy()
+        return at_scale(replace(seen, side=memory.side.copy()), self._shrinking), switch
 
 
 def unfiltered(params: EnvParams) -> ScriptedPolicy:

@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from asv_env.compiled import allocating
-from asv_env.geometry import plane
 from asv_env.params import EnvParams
 from asv_env.physics.hull import Hulls, advanced, equip, hulls, kinds
 from asv_env.tasks.formation import Relations
@@ -38,7 +37,7 @@ class Settling:
     def __init__(self, params: EnvParams, gains: PushGains, still_water: float) -> None:
         self._vessel, boat = params.hulls()
         self._gains, self._task, self._still_water = gains, params.task, still_water
-        self._corners, self._shape = plane(np.array(boat.corners)), HullSides(self._vessel)
+        self._shape = HullSides(self._vessel, boat)
         vessel, self._hulls = self._vessel, hulls(1, 1)
         self._step = COASTING_TIMES / STEPS * vessel.masses[1] / vessel.sway[0]
         one = np.ones(1)
@@ -84,19 +83,11 @@ class Settling:
         """
         gains, bow = self._gains, relations.heading[:, 1:] * relations.heading[:, :1].conj()
         missing = np.where(end == 0, gains.release_gap, END_GAP)
-        missing = missing - self.clearance(relations, end, side)
+        missing = missing - self._shape.clearance(relations, end, side)
         away = np.clip(gains.release_gain * missing, -gains.release_speed, gains.release_speed)
         towards = np.where(end == 0, -bow.imag, -end * bow.real)
         # A boat whose flank touches the hull cannot back off, so it goes along.
         return (hull * bow.conj()).real - np.where(towards > FACING, away, 0.0)
-
-    def clearance(self, relations: Relations, end: Float, side: Float) -> Float:
-        """Returns the gaps (W, A) between boats and the hull's side or end where they are, m."""
-        bow = relations.heading[:, 1:] * relations.heading[:, :1].conj()
-        corners = relations.boat[..., None] + self._corners * bow[..., None]
-        beside = (corners.imag - self._shape.height(corners.real, side)).min(axis=-1)
-        beyond = self._shape.beyond(corners.real, end[..., None]).min(axis=-1)
-        return np.where(end == 0, beside, beyond)
 
 
 @allocating
