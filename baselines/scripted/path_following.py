@@ -89,8 +89,8 @@ class PathFollower:
     ) -> None:
         """Plans paths from where the vessels are, in the worlds ``which`` (W,), into ``memory``.
 
-        They keep clear of obstacles (W, M, 5). In open water the team switches to the other side
-        where a path from there is faster, with the time for going round.
+        They keep clear of obstacles (W, M, 5). In moving water without any the team switches to the
+        other side where a path from there is faster, with the time for going round.
         """
         if not which.any():
             return
@@ -109,7 +109,8 @@ class PathFollower:
             memory.cruise[which] = self._planner.cruise(path)
         elif self._holds:
             *_, other = self._planned(goal.conj(), -turn, water.conj(), mean.conj())
-            memory.switch[which] = other + self._planner.gains.turning_time < time
+            faster = other + self._planner.gains.turning_time < time
+            memory.switch[which] = faster & (np.abs(water) > self._planner.gains.still_water)
         memory.start[which] = pose
         memory.curvature[which], memory.length[which] = path.curvature, path.length
         memory.progress[which], memory.replan[which] = 0.0, False
