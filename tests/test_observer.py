@@ -260,6 +260,21 @@ def test_pushing_team_learns_the_current_by_its_thrust(speed):
     assert rms(error) < 0.002 + 0.5 * speed
 
 
+def test_drift_in_contact_is_followed_only_where_water_was_found_to_move():
+    """Whatever is known in the other worlds."""
+    params = make_params("push", 2, "current")
+    sim, kalman = Simulation(params, 2), VesselObserver(params, by_thrust=True)
+    sim.reset(seeds=range(2))
+    memory, pushing = VesselMemory.empty(2, 2), np.ones(2, dtype=bool)
+    kalman.restart(sim.sensed, memory, pushing)
+    memory.moves[:] = [True, False]
+    moved = sim.sensed.measured.copy()
+    moved[:, 0, 3] += 0.01
+    kalman.update(replace(sim.sensed, measured=moved), memory, pushing)
+    assert memory.drift[0] != 0
+    assert memory.drift[1] == 0
+
+
 def test_other_boats_that_touch_each_other_do_not_matter():
     params = make_params("push", 2, "current")
     sim, kalman = Simulation(params, 1), VesselObserver(params)

@@ -126,8 +126,8 @@ class PathGains:
     #: speed of the water, m/s, from which it moves: in 10 s it carries the vessel as far as the
     #: tolerance of its position; in slower water the team lets go of the vessel
     still_water: float = 0.005
-    #: radius of the tightest arcs among obstacles, half-lengths of the vessel: on tighter ones
-    #: friction of the end boats keeps the vessel from turning
+    #: radius of the tightest arcs among obstacles, half-lengths of the vessel: on tighter ones the
+    #: vessel leaves its path
     narrow_radius: float = 1.75
     narrow_cost: float = 1.0  #: path length worth arcs that are not narrow, vessel lengths
     turning_clearance: float = 0.25  #: least clearance on arcs, vessel lengths: 10 cm

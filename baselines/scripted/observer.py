@@ -107,21 +107,20 @@ class VesselObserver:
         Where the team does not push (``pushing``, (W,)) and no boat touches the vessel, drift and
         motion are corrected together.
         """
-        before, together = memory.motion, self._with_boats(sensed, memory)
+        before = memory.motion
         predicted = self._predicted(before, self.acceleration(memory))
+        follows = pushing & memory.moves & self._by_thrust
+        if follows.any():
+            together = self._predicted(before, self._with_boats(sensed, memory))
+            measured = np.where(sensed.received[:, :1], sensed.measured[:, 0], together)
+            _, seen = corrected(together, measured, self._gains)
+            _, drift = self._carried(together, seen, memory.drift, self._contact_gains)
+            slow = np.maximum(1.0 - np.abs(plane(before, 3)) / FAST, 0.0)
+            drift = memory.drift + slow * (drift - memory.drift)
+            memory.drift = np.where(follows, drift, memory.drift)
         measured = np.where(sensed.received[:, :1], sensed.measured[:, 0], predicted)
         memory.motion, innovation = corrected(predicted, measured, self._gains)
         free = ~(pushing | sensed.touching[..., 0].any(axis=1))
-        follows = pushing & memory.moves & self._by_thrust
-        if follows.any():
-            predicted_too = self._predicted(before, together)
-            measured = np.where(sensed.received[:, :1], sensed.measured[:, 0], predicted_too)
-            _, seen = corrected(predicted_too, measured, self._gains)
-            _, drift = self._carried(predicted_too, seen, memory.drift, self._contact_gains)
-            slow = np.maximum(1.0 - np.abs(plane(before, 3)) / FAST, 0.0)
-            memory.drift = np.where(
-                pushing, memory.drift + slow * (drift - memory.drift), memory.drift
-            )
         if free.any():
             motion, drift = self._carried(predicted, innovation, memory.drift, self._free_gains)
             memory.motion[free], memory.drift[free] = motion[free], drift[free]

@@ -82,7 +82,7 @@ class PushController:
         places = self.places(sensed.slot, pushing, sensed.side)
         reserve, least = gains.moment_reserve * self._drag, gains.contact_force * self._drag
         # Boats that hold the vessel between its ends turn it, and the others need not.
-        gripped, held = memory.held * (brake > 0), memory.held[:, None]
+        gripped = memory.held * (brake > 0)
         turning = (1 - gripped) * moment
         force, vessel.moment = allocate(forward, turning, places.real, pushing, reserve, least)
         vessel.moment = vessel.moment + gripped * moment
@@ -91,14 +91,16 @@ class PushController:
         hull = relations.velocity[:, :1] * relations.heading[:, :1].conj() + 1j * yaw_rate * places
         water = (vessel.drift * relations.heading[:, 0].conj())[:, None]
         half = np.sign(places.real)
-        moving = self._end_command(relations, places, hull, water, yaw_rate, half, along)
-        wrench = along, gripped * np.clip(-forward, 0.0, brake), gripped * moment
-        gripping = self._holding.grip(relations, hull, water, ends, wrench)
-        end = (1 - held) * np.stack(moving) + held * np.stack(gripping)
-        pushed = self._side_command(gap, hull, water, yaw_rate, force)
-        stemming = self._holding.stem(gap, hull, water, force)
-        side = (1 - held) * np.stack(pushed) + held * np.stack(stemming)
-        speed, offset = np.where(at_end, end, side)
+        end = self._end_command(relations, places, hull, water, yaw_rate, half, along)
+        side = self._side_command(gap, hull, water, yaw_rate, force)
+        moving, held = np.where(at_end, end, side), memory.held[:, None]
+        speed, offset = moving
+        if held.any():
+            wrench = along, gripped * np.clip(-forward, 0.0, brake), gripped * moment
+            gripping = self._holding.grip(relations, hull, water, ends, wrench)
+            stemming = self._holding.stem(gap, hull, water, force)
+            holding = np.where(at_end, gripping, stemming)
+            speed, offset = (1 - held) * moving + held * holding
         turn = direction(offset - np.pi / 2) * relations.heading[:, :1] / relations.heading[:, 1:]
         yaw_rate = yaw_rate + self._helm.turn(np.arctan2(turn.imag, turn.real))
         free = memory.released
