@@ -1,5 +1,6 @@
 """Command lines of the benchmarks: what makes no sense is refused in one line."""
 
+import csv
 import json
 import runpy
 import sys
@@ -43,13 +44,14 @@ def run(monkeypatch, capsys):
         ("coefficients", ["--page", FOLDER / "turns.py"], "needs a line '<!-- coefficients -->'"),
         ("convergence", ["--page", FOLDER / "turns.py"], "needs a line '<!-- convergence -->'"),
         ("development", ["--seed", 0], "seed 0 is not for development"),
+        ("development", ["--page", FOLDER / "turns.py"], "needs a line '<!-- development -->'"),
         ("option_cost", ["--worlds", 0], "worlds = 0"),
         ("soak", ["--ticks", 0], "ticks = 0"),
         ("own_sensing", ["--seed", 0], "seed 0 is not for development"),
         ("own_sensing", ["--task", "psuh"], "Did you mean 'push'"),
         ("own_sensing", ["--page", FOLDER / "turns.py"], "needs a line '<!-- own sensing -->'"),
-        ("development", ["--conditions", "contrl"], "condition 'contrl': robust-v2 has control"),
-        ("development", ["--suite", "robst-v2"], "Did you mean 'robust-v2'"),
+        ("development", ["--conditions", "contrl"], "condition 'contrl': there are actuation"),
+        ("development", ["--suites", "robst-v2"], "Did you mean 'robust-v2'"),
         ("first_success", ["--rows", 0], "rows = 0"),
         ("open_loop", ["--seed", 0], "seed 0 is not for development"),
         ("open_loop", ["--elite", 12], "elite = 12"),
@@ -64,15 +66,18 @@ def test_options_that_make_no_sense_are_refused(name, words, message, run):
     assert message in run(name, *words)
 
 
-def test_conditions_of_a_suite_are_run_on_seeds_for_development(run, monkeypatch):
-    asked = []
-    monkeypatch.setattr("baselines.evaluate.compare", lambda *given, **_: asked.append(given))
-    assert run("development", "--conditions", "noise", "harsh", "--episodes", 3) == ""
-    policies, suite, episodes = asked[0]
-    assert list(policies) == ["scripted"]
-    assert [one.name for one in suite.conditions] == ["noise", "harsh"]
-    assert {one.params.task.delivery for one in suite.conditions} == {"passing"}
-    assert suite.first(episodes).seeds == range(10**8, 10**8 + 3)
+def test_conditions_of_suites_are_run_on_seeds_for_development(run, tmp_path):
+    page, out = tmp_path / "page.md", tmp_path / "out"
+    page.write_text("above\n<!-- development -->\n<!-- development: up to here -->\nbelow\n")
+    words = ("--policies", "idle", "random", "--episodes", 2, "--workers", 0, "--page", page)
+    names = ("--suites", "easy-v1", "quick-v2", "--conditions", "push")
+    assert run("development", *words, *names, "--out", out) == ""
+    assert sorted(folder.name for folder in out.iterdir()) == ["easy-v1"]
+    text = page.read_text()
+    assert "| push | 0 [0, 65.8] % |" in text
+    assert "2 episodes each, seeds from 100000000 on." in text
+    rows = csv.DictReader((out / "easy-v1/episodes.csv").open())
+    assert {row["seed"] for row in rows} == {"100000000", "100000001"}
 
 
 def test_random_worlds_are_soaked(run):
