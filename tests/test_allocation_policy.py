@@ -66,6 +66,15 @@ def test_the_vessel_is_braked_by_boats():
     assert gaps[fast] < 0.1  # It coasts 0.2 m from that speed.
 
 
+@pytest.mark.parametrize("side", [0.9, -0.9])
+def test_a_vessel_whose_goal_lies_across_it_is_not_turned_round(side):
+    simulation = Simulation(make_params("transport", goal=(0.0, side, 0.0)))
+    ticks = rollout(simulation, AllocationPolicy(simulation.params).act, [0])
+    headings = [abs(simulation.state.motion[0, 0, 2]) for _ in ticks]
+    assert simulation.ending.reached[0]
+    assert max(headings) < 1.0
+
+
 @pytest.mark.parametrize(
     ("task", "num_boats", "options"),
     [

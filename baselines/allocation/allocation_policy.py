@@ -139,8 +139,9 @@ class AllocationPolicy:
         self._assign(relations, sensed, memory, ~by_script & (fresh | memory.by_script | changed))
         memory.working, course = sensed.working.copy(), memory.course
         boats = self._boats(relations, sensed, memory)
-        speed_share = self._gather(boats, memory)
+        before, speed_share = memory.grasped, self._gather(boats, memory)
         goal, turn = relations.goal, -relations.heading_error
+        self._path.begin(course, memory.grasped & ~before, goal, turn)
         moving = memory.grasped & (speed_share > 0.0)
         self._path.advance(course, memory.limits, goal, turn, moving, speed_share)
         coming, turns, memory.astern = self._approach.command(
