@@ -83,6 +83,7 @@ ROOMS = {
     "train": {*RUN, EVALUATE, f"{EVALUATE}.report"},
     "train.sb3": {*RUN, "train"},
     "train.rllib": {*RUN, "train"},
+    "train.team": {*RUN, "train"},
 }
 """What each room may import, besides itself. In ``baselines.evaluate`` and ``train``, whose modules
 stand on both sides of their folders, arrows are checked module by module: there is no circle."""
@@ -106,6 +107,7 @@ ONLY_IN = {
         "train/imitation.py",
         "train/sb3/",
         "train/rllib/",
+        "train/team/",
     },
     "argparse": set(),
 }

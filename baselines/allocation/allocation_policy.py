@@ -13,7 +13,7 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.sensing.kalman import predicted
-from asv_env.tasks.formation import Relations, assigned, relate
+from asv_env.tasks.formation import Relations, relate
 from asv_env.types import Action, Bool, Complex, Float, Int, Observation, Sensed, zeros
 from baselines.allocation.allocation_gains import AllocationGains
 from baselines.allocation.boats import Boats
@@ -36,6 +36,7 @@ WAITS_FOR = 0.03  #: distance over which the team slows down for a boat before i
 class Memory:
     """What the team remembers from tick to tick."""
 
+    wanted: Float  #: (W, A, 2) speeds and yaw rates that the boats are to have, m/s and rad/s
     reference: Float  #: (W, A, 2) of the boats' autopilots, m/s and rad/s
     vessel: VesselMemory
     course: Course
@@ -58,6 +59,7 @@ class Memory:
         course = zeros(Course, *[world] * 8)
         course.axis[:] = 1.0
         return cls(
+            wanted=np.zeros((*boats, 2)),
             reference=np.zeros((*boats, 2)),
             vessel=VesselMemory.empty(worlds, team),
             course=course,
@@ -126,11 +128,7 @@ class AllocationPolicy:
         """Returns the worlds (W,) in which the scripted policy acts."""
         if not self._has_goal:
             return np.ones(len(sensed.side), dtype=np.bool_)
-        count = sensed.working.sum(axis=1)
-        spans = np.zeros(sensed.working.shape[1] + 1, dtype=np.bool_)
-        for team in np.unique(count).tolist():
-            spans[team] = team > 0 and self._approach.formation(team).spans
-        return ~(spans[count] & sensed.anchored)
+        return ~(self._approach.spans(sensed.working) & sensed.anchored)
 
     def _allocate(self, sensed: Sensed, memory: Memory, fresh: Bool, by_script: Bool) -> Action:
         """Returns the actions (W, A, 2) of one tick; those of worlds ``by_script`` mean nothing."""
@@ -151,9 +149,9 @@ class AllocationPolicy:
         speed, error = self._push(boats, pushes, memory)
         speed, error = np.where(pushes, speed, coming), np.where(pushes, error, turns)
         yaw_rate = self._helm.turn(error) + np.where(pushes, course.yaw_rate[:, None], 0.0)
-        command = np.stack([speed, yaw_rate], axis=-1) * sensed.working[..., None]
+        memory.wanted = np.stack([speed, yaw_rate], axis=-1) * sensed.working[..., None]
         memory.reference[fresh] = 0.0
-        action, memory.reference = self._helm.set_points(command, memory.reference)
+        action, memory.reference = self._helm.set_points(memory.wanted, memory.reference)
         return action.astype(np.float32)
 
     def _boats(self, relations: Relations, sensed: Sensed, memory: Memory) -> Boats:
@@ -211,17 +209,11 @@ class AllocationPolicy:
         return relate(motion, sensed.goal, sensed.slot, np.ones(len(motion)))
 
     def _assign(self, relations: Relations, sensed: Sensed, memory: Memory, which: Bool) -> None:
-        """Assigns contact points to the boats that work in the worlds ``which`` (W,).
-
-        The sum of the squares of the paths' lengths is least, so that no boat is late.
-        """
+        """Assigns contact points to the boats that work in the worlds ``which`` (W,)."""
         course, limits = memory.course, memory.limits
         for world in np.flatnonzero(which).tolist():
             works, boat = sensed.working[world], relations.boat[world]
-            team = int(works.sum())
-            formation = self._approach.formation(team)
-            length = self._approach.detours(team).lengths(boat[works])
-            number = assigned(np.ascontiguousarray(length**2))
+            formation, number = self._approach.assign(boat[works])
             memory.number[world, works] = number
             memory.place[world], memory.inward[world] = boat, 1.0
             memory.place[world, works] = formation.place[number]

@@ -12,7 +12,8 @@ import numpy as np
 
 from asv_env import polygons
 from asv_env.params import EnvParams
-from asv_env.types import Bool, Complex, Float
+from asv_env.tasks.formation import assigned
+from asv_env.types import Bool, Complex, Float, Int
 from baselines.allocation.allocation_gains import AllocationGains
 from baselines.allocation.boats import Boats
 from baselines.allocation.contact_points import Formation, formation
@@ -39,6 +40,25 @@ class ContactApproach:
     def formation(self, team: int) -> Formation:
         """Returns the formation of a team."""
         return formation(self._vessel, self._boat, team)
+
+    def spans(self, working: Bool) -> Bool:
+        """Returns the worlds (W,) in which the boats that work (W, A) have a formation that spans.
+
+        See ``Formation.spans``.
+        """
+        count = working.sum(axis=1)
+        spans = np.zeros(working.shape[1] + 1, dtype=np.bool_)
+        for team in np.unique(count).tolist():
+            spans[team] = team > 0 and self.formation(team).spans
+        return np.asarray(spans[count])
+
+    def assign(self, boat: Complex) -> tuple[Formation, Int]:
+        """Returns the formation of boats (n,), vessel frame, and the number of each one's point.
+
+        The sum of the squares of the paths' lengths is least, so that no boat is late.
+        """
+        length = self.detours(len(boat)).lengths(boat)
+        return self.formation(len(boat)), assigned(np.ascontiguousarray(length**2))
 
     def _detours(self, team: int) -> Detours:
         """Returns the paths to the waypoints of a team's formation."""

@@ -24,7 +24,7 @@ from asv_env.checks import check_num_boats, finite
 from asv_env.files import write
 from asv_env.params import EnvParams
 from asv_env.tasks.task import Task
-from baselines.learned import npz
+from baselines.learned import npz, team_policy
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.learned.phases import Phase, PhasedPolicy
 from baselines.policy import Policy
@@ -103,6 +103,11 @@ def load(path: Path, params: EnvParams) -> Policy:
         ValueError: the file is not a policy file, or its policy is for something else.
         FileNotFoundError: there is no such file.
     """
+    try:
+        if team_policy.is_team_policy(path):
+            return team_policy.TeamPolicy(team_policy.read(path)[0], params)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     phases, _ = read(path)
     try:
         if len(phases) == 1:

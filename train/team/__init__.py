@@ -1,0 +1,1 @@
+"""Training of one policy for all teams, hulls and waters, a network of sets."""
