@@ -79,7 +79,6 @@ def test_a_vessel_whose_goal_lies_across_it_is_not_turned_round(side):
     ("task", "num_boats", "options"),
     [
         ("approach", 4, {}),
-        ("transport", 2, {}),
         ("transport", 4, {"vessel": "disc"}),
         ("transport", 4, {"goal_anchor": "closure", "goal": (0.3, -0.5, 0.0)}),
     ],

@@ -9,6 +9,9 @@ the vessel's motion, and then
   turns the vessel towards its goal, drives it there, and turns it to the goal's heading;
 - the wrench that this takes is shared out over the boats in place (``share``), which exert it by
   the speed and the heading at which they go with the hull (``Contact``).
+
+Two boats cannot do all that from one formation. They do one thing at a time, from a pair of contact
+points for each (``Manoeuvres``), and let the vessel coast in between (``Pushes``).
 """
 
 from baselines.allocation.allocation_policy import AllocationPolicy

@@ -39,6 +39,35 @@ class AllocationGains:
     gap_gain: float = 0.5  #: closing speed per gap to the hull, 1/s: time constant 2 s
     max_offset: float = 0.6  #: limit of the yaw offset by which a boat moves along the hull, rad
     approach_speed: float = 0.05  #: speed at the waypoint in front of the contact point, m/s
-    arrival_gain: float = 0.4  #: growth of that speed with the distance, 1/s
+    arrival_gain: float = 0.25  #: growth of that speed with the distance, 1/s
     standoff: float = 0.01  #: gap to the hull in which boats wait for the others, m
     patience: float = 15.0  #: time after which the team no longer waits for boats that are late, s
+
+
+@dataclass(frozen=True)
+class ManoeuvreGains:
+    """Gains of teams of two boats (``Manoeuvres``, ``Pushes``)."""
+
+    # Which manoeuvre comes next.
+    far: float = 2.5  #: distance from which a goal is driven to, tolerances
+    turn_bearing: float = 0.9  #: bearing of the goal beyond which the vessel turns first, rad
+    turned_bearing: float = 0.3  #: bearing at which it has turned enough, rad
+    #: error of the pose of rest at which boats leave the vessel alone, tolerances
+    rest_error: float = 0.7
+    leave_error: float = 0.95  #: error of the pose of rest at which they push it again, tolerances
+    useful_error: float = 0.5  #: error for which a manoeuvre that was chosen is kept, tolerances
+    doubt_time: float = 1.0  #: time for which another has to be better before it is dropped, s
+    lost_time: float = 0.5  #: time for which a boat may be out of its place in a push, s
+
+    # The motion of the vessel.
+    braking: float = 0.85  #: speed, fraction of that from which it coasts to the end
+    turn_braking: float = 0.85  #: likewise the yaw rate
+    slide_time: float = 4.0  #: time for which its sideways motion is taken to last, s
+    release_error: float = 0.15  #: what is left to go when boats let go, tolerances
+
+    # The boats.
+    standoff: float = 0.02  #: gap to the hull in which boats wait for each other, m
+    #: gap at which boats have left the hull, m: a boat that turns on the spot needs 1 cm
+    clearance: float = 0.03
+    leaving_speed: float = 0.04  #: speed at which they leave it, m/s
+    rest_gap: float = 0.06  #: gap to the hull of boats that leave the vessel alone, m

@@ -16,7 +16,7 @@ from asv_env.tasks.formation import assigned
 from asv_env.types import Bool, Complex, Float, Int
 from baselines.allocation.allocation_gains import AllocationGains
 from baselines.allocation.boats import Boats
-from baselines.allocation.contact_points import Formation, formation
+from baselines.allocation.contact_points import PAIR, Formation, formation, pairs
 from baselines.allocation.detours import Detours
 from baselines.scripted.docking import Docking
 from baselines.scripted.gains import GraspGains
@@ -25,6 +25,9 @@ from baselines.scripted.grasp_controller import avoidance_velocity, lead
 CLEARANCE = 1.6
 """Distance of boats' centres from the hull on their paths, lengths: that of a docked boat, half the
 width of another, and a third of a length to spare."""
+SKID_TIME = 1.0  #: time for which a docking boat skids along the hull, s
+BESIDE = 0.02  #: distance from the line of its place beyond which a boat comes down slowly, m
+LEAST_HEIGHT = 0.015  #: height above its place by which its speed is then given at least, m
 
 
 class ContactApproach:
@@ -60,12 +63,27 @@ class ContactApproach:
         length = self.detours(len(boat)).lengths(boat)
         return self.formation(len(boat)), assigned(np.ascontiguousarray(length**2))
 
+    def assign_pair(self, boat: Complex, kind: int) -> tuple[Complex, Complex, Int]:
+        """Returns places, inward directions and numbers (2,) of two boats (2,) for a manoeuvre."""
+        place, inward = self.points(PAIR)
+        length = self.detours(PAIR).lengths(boat)[:, PAIR * kind : PAIR * (kind + 1)]
+        number = PAIR * kind + assigned(np.ascontiguousarray(length**2))
+        return place[number], inward[number], number
+
+    def points(self, team: int) -> tuple[Complex, Complex]:
+        """Returns the contact points (n,) that a team may go to, and inward directions (n,)."""
+        if team == PAIR:
+            found = pairs(self._vessel, self._boat)
+            return found.place.ravel(), found.inward.ravel()
+        formed = self.formation(team)
+        return formed.place, formed.inward
+
     def _detours(self, team: int) -> Detours:
-        """Returns the paths to the waypoints of a team's formation."""
-        found, boat = self.formation(team), self._boat
+        """Returns the paths to the waypoints in front of a team's contact points."""
+        (place, inward), boat = self.points(team), self._boat
         hull = polygons.complex_corners(polygons.convex_hull(self._vessel.corners))
         clearance = CLEARANCE * boat.length
-        waypoint = found.place - found.inward * (clearance - boat.length / 2)
+        waypoint = place - inward * (clearance - boat.length / 2)
         return Detours(hull, clearance, waypoint)
 
     def course(self, boats: Boats) -> tuple[Complex, Float]:
@@ -78,29 +96,38 @@ class ContactApproach:
             course[of], length[of] = self.detours(team).course(*known)
         return course, length
 
-    def command(self, boats: Boats, astern: Bool, waits: Bool) -> tuple[Float, Float, Bool]:
+    def command(
+        self, boats: Boats, astern: Bool, recoils: Bool, standoff: Float
+    ) -> tuple[Float, Float, Bool]:
         """Returns speeds, m/s, heading errors, rad, and which boats are to go astern, (W, A).
 
         Args:
             boats: with the hull's velocity as it is.
             astern: (W, A) boats that went astern.
-            waits: (W,) whether boats are to wait off the hull.
+            recoils: (W, A) boats that something keeps from their places, so that they go astern.
+            standoff: (W,) gap to the hull in which boats are to wait, m.
         """
         gains, grasp, inward = self._gains, self._grasp, boats.inward
         course, length = self.course(boats)
         speed = np.minimum(grasp.max_speed, gains.approach_speed + gains.arrival_gain * length)
         limits = grasp.avoidance_range, grasp.avoidance_speed
         wanted = speed * course + avoidance_velocity(boats.position, boats.seen, *limits)
-        target = boats.place - inward * np.where(waits, gains.standoff, 0.0)[:, None]
+        target = boats.place - inward * standoff[:, None]
         upright = -1j / inward  # Turns a boat to where it would come from the vessel's +n side.
         gap = (target - boats.position) * upright
         now = boats.position * upright, boats.alignment, gap, boats.place * upright
         docks, astern = self._docking.update(*now, astern)
-        wanted = np.where(docks, self._docking.velocity(gap, astern) / upright, wanted) + boats.hull
+        # A boat beside its line comes to the hull slowly, where it would only miss its place.
+        skid = SKID_TIME * ((boats.velocity - boats.hull) * upright).real
+        beside = np.maximum(np.abs(gap.real - skid) - BESIDE, 0.0)
+        height = np.maximum(-gap.imag - beside, np.minimum(-gap.imag, LEAST_HEIGHT))
+        back = astern | recoils
+        docking = self._docking.velocity(gap.real - 1j * height, back) / upright
+        wanted = np.where(docks, docking, wanted) + boats.hull
         ahead = (wanted / boats.bow).real
         ahead = np.where(docks, ahead, np.maximum(ahead, 0.0))  # Others turn before they go.
         aim = wanted - boats.water + self._lead * (wanted - boats.velocity)
-        aim = np.where(docks & astern, -aim, aim) / inward
+        aim = np.where(docks & back, -aim, aim) / inward
         to_hull = np.maximum(aim.real, grasp.pointing_speed) + 1j * aim.imag
         aim = np.where(docks, to_hull, aim) * inward  # Docking boats point to the hull.
         return ahead, np.angle(aim / boats.bow), astern

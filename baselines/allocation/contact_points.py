@@ -22,6 +22,10 @@ MOST_POINTS = 64  #: most points that are considered, but for one on each edge
 ROOM = 0.3  #: room between docked boats, and from a boat to a corner of the hull, boat widths
 ROUNDS = 3  #: most rounds of exchanges
 MOST_AXES = 8  #: most axes that are considered
+PAIR = 2  #: size of the teams that move a vessel by manoeuvres
+TIGHT = 1e-6  #: fraction by which two boats on a narrow edge have more room than they need
+STEERING = 0.5  #: moment over force that two boats are to exert as they drive
+NARROW_STEERING = 0.2  #: the same as they slide a vessel along its narrow side
 WEAK = 50.0
 """Effort beyond which the hull has no formation of this size: some wrench cannot be exerted."""
 
@@ -41,6 +45,29 @@ class Formation:
     def spans(self) -> bool:
         """Whether its wrench cone contains forces along the axis, and moments, either way."""
         return self.effort < WEAK
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Contact points of two boats for each manoeuvre, see ``manoeuvres``; vessel frame."""
+
+    place: Complex  #: (6, 2) as in ``Formation``
+    inward: Complex  #: (6, 2)
+    axis: complex  #: direction of the first manoeuvre
+    effort: float  #: largest sum of squares of the forces that a manoeuvre takes
+
+    @property
+    def spans(self) -> bool:
+        """Whether every manoeuvre can be done."""
+        return self.effort < WEAK
+
+
+@lru_cache(maxsize=64)
+def pairs(vessel: VesselParams, boat: BoatParams) -> Pairs:
+    """Returns where two boats push to drive, to turn and to slide a vessel."""
+    points = _Points(vessel, boat, narrow=True)
+    found = [points.pairs(axis) for axis in points.axes]
+    return min(found, key=lambda one: one.effort)
 
 
 @lru_cache(maxsize=64)
@@ -97,17 +124,42 @@ def effort(column: Float, wrench: Float, pushes: Bool) -> Float:
 class _Points:
     """Contact points of a hull, and the search for formations among them."""
 
-    def __init__(self, vessel: VesselParams, boat: BoatParams) -> None:
+    def __init__(self, vessel: VesselParams, boat: BoatParams, narrow: bool = False) -> None:
         hull = solid_edges(vessel)
-        point, self._inward = _sampled(*hull, boat)
+        point, self._inward = _sampled(*hull, boat, narrow)
         self._place = point - self._inward * boat.length / 2
         self._column = columns(point, self._inward, gyration(vessel))
         self._apart = (1 + ROOM) * boat.width
         self.axes = _axes(hull[1])
 
     def along(self, axis: complex, team: int) -> Formation:
-        """Returns the formation for an axis: greedy insertion, and then exchanges."""
-        wanted = needed(np.asarray(axis))
+        """Returns the formation for an axis."""
+        chosen, total = self._chosen(needed(np.asarray(axis)), team)
+        return Formation(self._place[chosen], self._inward[chosen], axis, total)
+
+    def pairs(self, axis: complex) -> Pairs:
+        """Returns the pairs for an axis."""
+        moment, across = np.array([0.0, 0.0, 1.0]), 1j * axis
+        ways = (axis, STEERING), (-axis, STEERING), (across, NARROW_STEERING)
+        wanted = [
+            np.array([way.real, way.imag, 0.0]) + steering * np.outer([1.0, -1.0], moment)
+            for way, steering in (*ways, (-across, NARROW_STEERING))
+        ]
+        wanted[2:2] = [moment[None], -moment[None]]
+        chosen = [self._pair(each) for each in wanted]
+        number = np.array([pair for _, pair in chosen])
+        effort = max(total for total, _ in chosen)
+        return Pairs(self._place[number], self._inward[number], axis, effort)
+
+    def _pair(self, wanted: Float) -> tuple[float, list[int]]:
+        """Returns the least effort of two boats for wrenches (k, 3), and their points."""
+        total, first, second = min(
+            (*self._best([first], wanted), first) for first in range(len(self._place))
+        )
+        return total, sorted([first, second])
+
+    def _chosen(self, wanted: Float, team: int) -> tuple[list[int], float]:
+        """Returns points for wrenches (k, 3), and the effort: greedy insertion, then exchanges."""
         chosen: list[int] = []
         total = least = np.inf
         for _ in range(team):
@@ -122,7 +174,7 @@ class _Points:
                 break
             least = total
         chosen.sort()
-        return Formation(self._place[chosen], self._inward[chosen], axis, total)
+        return chosen, total
 
     def _best(self, others: list[int], wanted: Float) -> tuple[float, int]:
         """Returns the least effort of a team of others and one more point, and its number."""
@@ -153,14 +205,22 @@ def solid_edges(vessel: VesselParams) -> tuple[Complex, Complex]:
     return corners[outer], edge[outer]
 
 
-def _sampled(start: Complex, edge: Complex, boat: BoatParams) -> tuple[Complex, Complex]:
-    """Returns points on edges (n,), with a boat's room from their ends, and inward normals."""
+def _sampled(
+    start: Complex, edge: Complex, boat: BoatParams, narrow: bool
+) -> tuple[Complex, Complex]:
+    """Returns points on edges (n,), with a boat's room from their ends, and inward normals.
+
+    On ``narrow`` edges on which two boats have no such room they have it if their bows touch.
+    """
     spacing = max(SPACING * boat.length, np.abs(edge).sum() / MOST_POINTS)
     margin = (0.5 + ROOM) * boat.width
     points, normals = [], []
     for begin, along in zip(start, edge, strict=True):
         length = abs(along)
         room = max(length - 2 * margin, 0.0)
+        apart = (1 + ROOM) * boat.width
+        if narrow and room < apart <= length - 2 * boat.bow:
+            room = apart * (1 + TIGHT)
         offset = np.linspace(-0.5, 0.5, int(room / spacing) + 1) * room if room > 0 else np.zeros(1)
         points.append(begin + (0.5 + offset / length) * along)
         normals.append(np.full(len(offset), 1j * along / length))

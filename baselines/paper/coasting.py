@@ -33,12 +33,21 @@ def terminal_speed(coefficients: tuple[float, float], force: Float) -> Float:
 
 def coasting_speed(hull: HullParams, distance: ArrayLike) -> Float:
     """Returns the sideways speeds (...) m/s from which a hull coasts distances (...) m to rest."""
-    linear, quadratic = hull.sway
-    distance = np.asarray(distance, dtype=np.float64)
-    if quadratic == 0:
-        return distance * linear / hull.masses[1]
-    exponent = np.minimum(distance * quadratic / hull.masses[1], LARGEST_EXPONENT)
-    return linear / quadratic * np.expm1(exponent)
+    return coasting_rate((*hull.sway, hull.masses[1]), np.asarray(distance, dtype=np.float64))
+
+
+def coasting_rate(numbers: ArrayLike, distance: Float) -> Float:
+    """Returns the rates (...) from which a motion along one axis coasts distances (...) to rest.
+
+    Args:
+        numbers: (3, ...) linear and quadratic drag coefficient, and mass; or those of a rotation.
+        distance: m, or rad.
+    """
+    linear, quadratic, mass = np.asarray(numbers, dtype=np.float64)
+    curved = np.where(quadratic > 0, quadratic, 1.0)
+    exponent = np.minimum(distance * quadratic / mass, LARGEST_EXPONENT)
+    bent = linear / curved * np.expm1(exponent)
+    return np.where(quadratic > 0, bent, distance * linear / mass)
 
 
 def coasting_time(hull: HullParams, speed: float, last: float) -> float:
