@@ -70,6 +70,7 @@ ROOMS = {
     # what is made with them
     "baselines.paper.tune": {*RUN},
     "baselines.scripted.tune": {*RUN},
+    "baselines.allocation.tune": {*RUN, "baselines.scripted.tune"},
     "baselines.rollout": {*WORLD, *POLICIES},
     EVALUATE: RUN,
     f"{EVALUATE}.tables": {*RUN, EVALUATE},

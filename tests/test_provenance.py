@@ -67,7 +67,9 @@ def test_comments_and_docstrings_do_not_count(tree):
     assert not edited(tree, "baselines/scripted/grasp_controller.py", explain)
 
 
-@pytest.mark.parametrize("name", ["baselines/paper/tuned.json", "baselines/scripted/tuned.json"])
+@pytest.mark.parametrize(
+    "name", [f"baselines/{name}/tuned.json" for name in ("paper", "scripted", "allocation")]
+)
 def test_values_that_a_module_reads_from_its_package_count(tree, name):
     def other(text):
         return re.sub(r"(: -?)(\d)", r"\g<1>1\g<2>", text, count=1)

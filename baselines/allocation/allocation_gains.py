@@ -1,10 +1,19 @@
 """Everything by which the policy can be tuned, in SI units.
 
 Forces are fractions of a boat's full thrust, lengths and times are those of a boat of 12 cm and a
-vessel of 0.40 m. What follows from a size, a time constant or a tolerance says so.
+vessel of 0.40 m. What follows from a size, a time constant or a tolerance says so. ``FOUND`` are
+the gains that ``baselines.allocation.tune`` searches on development seeds: it begins with the
+values in the file from which they are read, and writes its result there.
 """
 
+import json
 from dataclasses import dataclass
+from pathlib import Path
+
+FILE = Path(__file__).with_name("tuned.json")
+FOUND: dict[str, dict[str, float]] = json.loads(FILE.read_text(encoding="utf-8"))["gains"]
+"""Gains by name that are searched: those of ``AllocationGains``, and of ``ManoeuvreGains``."""
+TEAM, PAIR = FOUND["team"], FOUND["pair"]
 
 
 @dataclass(frozen=True)
@@ -13,33 +22,47 @@ class AllocationGains:
 
     # The forces.
     max_force: float = 0.8  #: largest force of a boat on the hull; the rest is for steering
-    min_force: float = 0.15  #: least force of boats in contact: a grasp that noise does not open
+    min_force: float = TEAM[
+        "min_force"
+    ]  #: least force of boats in contact: a grasp that noise does not open
     #: largest force by which a boat lets friction hold it sideways
     max_grip: float = 0.6
     hold_grip: float = 0.3  #: further force with which the team holds the vessel at its goal
-    moment_weight: float = 2.0  #: weight of the moment against forces where not both can be had
+    moment_weight: float = TEAM[
+        "moment_weight"
+    ]  #: weight of the moment against forces where not both can be had
 
     # The motion of the vessel.
-    drive_share: float = 0.6  #: part of the pushers' force that drag takes at full speed
+    drive_share: float = TEAM[
+        "drive_share"
+    ]  #: part of the pushers' force that drag takes at full speed
     max_speed: float = 0.1  #: limit of the vessel's speed, m/s: half of what boats can go
     #: part of a boat's thrust that its sideways drag takes when the vessel turns at the full rate
-    turn_share: float = 0.2
-    turn_braking: float = 0.4  #: part of the largest yaw acceleration with which a turn is planned
+    turn_share: float = TEAM["turn_share"]
+    turn_braking: float = TEAM[
+        "turn_braking"
+    ]  #: part of the largest yaw acceleration with which a turn is planned
     speed_gain: float = 0.5  #: speed per distance near the goal, 1/s: time constant 2 s
-    yaw_gain: float = 0.7  #: yaw rate per angle near the wanted heading, 1/s
+    yaw_gain: float = TEAM["yaw_gain"]  #: yaw rate per angle near the wanted heading, 1/s
     slide_gain: float = 0.3  #: sideways speed per distance beside the goal, 1/s
-    slide_speed: float = 0.01  #: limit of the speed at which boats carry the vessel sideways, m/s
+    slide_speed: float = TEAM[
+        "slide_speed"
+    ]  #: limit of the speed at which boats carry the vessel sideways, m/s
     full_bearing: float = 0.3  #: bearing of the goal up to which the vessel drives at full speed
     turn_bearing: float = 0.6  #: bearing of the goal from which it turns on the spot, rad
-    lookahead: float = 0.375  #: least distance of the point that is steered for, vessel sizes
+    lookahead: float = TEAM[
+        "lookahead"
+    ]  #: least distance of the point that is steered for, vessel sizes
 
     # The boats.
-    sideways_gain: float = 0.4  #: speed along the hull per distance to the contact point, 1/s
+    sideways_gain: float = TEAM[
+        "sideways_gain"
+    ]  #: speed along the hull per distance to the contact point, 1/s
     sideways_time: float = 1.0  #: time constant of the velocity along the hull, s
     gap_gain: float = 0.5  #: closing speed per gap to the hull, 1/s: time constant 2 s
     max_offset: float = 0.6  #: limit of the yaw offset by which a boat moves along the hull, rad
     approach_speed: float = 0.05  #: speed at the waypoint in front of the contact point, m/s
-    arrival_gain: float = 0.25  #: growth of that speed with the distance, 1/s
+    arrival_gain: float = TEAM["arrival_gain"]  #: growth of that speed with the distance, 1/s
     standoff: float = 0.01  #: gap to the hull in which boats wait for the others, m
     patience: float = 15.0  #: time after which the team no longer waits for boats that are late, s
 
@@ -49,8 +72,10 @@ class ManoeuvreGains:
     """Gains of teams of two boats (``Manoeuvres``, ``Pushes``)."""
 
     # Which manoeuvre comes next.
-    far: float = 2.5  #: distance from which a goal is driven to, tolerances
-    turn_bearing: float = 0.9  #: bearing of the goal beyond which the vessel turns first, rad
+    far: float = PAIR["far"]  #: distance from which a goal is driven to, tolerances
+    turn_bearing: float = PAIR[
+        "turn_bearing"
+    ]  #: bearing of the goal beyond which the vessel turns first, rad
     turned_bearing: float = 0.3  #: bearing at which it has turned enough, rad
     #: error of the pose of rest at which boats leave the vessel alone, tolerances
     rest_error: float = 0.7
@@ -60,10 +85,14 @@ class ManoeuvreGains:
     lost_time: float = 0.5  #: time for which a boat may be out of its place in a push, s
 
     # The motion of the vessel.
-    braking: float = 0.85  #: speed, fraction of that from which it coasts to the end
-    turn_braking: float = 0.85  #: likewise the yaw rate
-    slide_time: float = 4.0  #: time for which its sideways motion is taken to last, s
-    release_error: float = 0.15  #: what is left to go when boats let go, tolerances
+    braking: float = PAIR["braking"]  #: speed, fraction of that from which it coasts to the end
+    turn_braking: float = PAIR["turn_braking"]  #: likewise the yaw rate
+    slide_time: float = PAIR[
+        "slide_time"
+    ]  #: time for which its sideways motion is taken to last, s
+    release_error: float = PAIR[
+        "release_error"
+    ]  #: what is left to go when boats let go, tolerances
 
     # The boats.
     standoff: float = 0.02  #: gap to the hull in which boats wait for each other, m
