@@ -10,6 +10,10 @@ the vessel's motion, and then
 - the wrench that this takes is shared out over the boats in place (``share``), which exert it by
   the speed and the heading at which they go with the hull (``Contact``).
 
+Among obstacles boats take clear routes, and the vessel goes from waypoint to waypoint
+(``Waypoints``), straight between places where it can turn. Where there is no such path the team is
+that of the script.
+
 Two boats cannot do all that from one formation. They do one thing at a time, from a pair of contact
 points for each (``Manoeuvres``), and let the vessel coast in between (``Pushes``).
 """

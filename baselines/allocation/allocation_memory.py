@@ -8,6 +8,7 @@ import numpy as np
 from asv_env.types import Bool, Complex, Float, Int, zeros
 from baselines.allocation.direct_path import Course, Limits
 from baselines.allocation.manoeuvres import ManoeuvreMemory
+from baselines.allocation.waypoints import Way
 from baselines.scripted.observer import VesselMemory
 
 
@@ -31,6 +32,10 @@ class Memory:
     waiting: Int  #: (W,) ticks for which a boat has been missing
     pair: Bool  #: (W,) whether the team is one of two boats, which go by manoeuvres
     manoeuvre: ManoeuvreMemory
+    way: Way  #: of the vessel among obstacles
+    via: Complex  #: (W, A) next corners of boats' routes among obstacles, world frame, m
+    left: Float  #: (W, A) length of the routes from there, m
+    end: Complex  #: (W, A) ends of the routes, world frame, m
     by_script: Bool  #: (W,) worlds in which the scripted policy acts
     scripted: Any  #: its memory; None as long as it has not acted
 
@@ -57,6 +62,10 @@ class Memory:
             waiting=np.zeros(world, dtype=np.int64),
             pair=np.zeros(world, dtype=np.bool_),
             manoeuvre=ManoeuvreMemory.empty(worlds, team),
+            way=Way.empty(worlds),
+            via=np.zeros(boats, dtype=np.complex128),
+            left=np.zeros(boats),
+            end=np.full(boats, np.nan, dtype=np.complex128),
             by_script=np.zeros(world, dtype=np.bool_),
             scripted=None,
         )

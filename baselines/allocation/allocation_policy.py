@@ -33,10 +33,13 @@ from baselines.allocation.direct_path import Course, DirectPath
 from baselines.allocation.force_shares import share
 from baselines.allocation.manoeuvres import REST, Manoeuvres, Pose
 from baselines.allocation.pushes import Pushes
+from baselines.allocation.waypoints import Waypoints
 from baselines.mirror import at_scale
 from baselines.scripted.helm import Helm
 from baselines.scripted.observer import VesselObserver
+from baselines.scripted.routes import Routes
 from baselines.scripted.scripted_policy import ScriptedPolicy
+from baselines.scripted.ways import Way
 
 IN_PLACE = (0.03, 0.85)  #: distance to its point, m, and cosine, at which a boat gets in place
 OUT_OF_PLACE = (0.08, 0.6)  #: distance and cosine at which it is no longer in place
@@ -79,6 +82,8 @@ class AllocationPolicy:
         self._path, self._gyration = DirectPath(params, gains), gyration(self._vessel)
         self._pair_gains, self._manoeuvres = pair_gains, Manoeuvres(params, pair_gains)
         self._pushes = Pushes(params, gains, pair_gains, self._manoeuvres)
+        among = params.obstacles or params.water.walls is not None
+        self._waypoints = Waypoints(params, gains) if among else None
         # A boat that meets a vessel at rest then moves it by no more than the speed of a held one.
         masses = self._vessel.contact_mass + self._boat.masses[0]
         self._closing = params.task.speed_tolerance * masses / self._boat.masses[0]
@@ -91,7 +96,8 @@ class AllocationPolicy:
         if memory is None:
             memory, fresh = Memory.empty(worlds, team), np.ones_like(fresh)
         memory = deepcopy(memory)
-        by_script = self._by_script(sensed)
+        memory.way.missing[fresh] = False
+        by_script = self._by_script(sensed) | memory.way.missing
         action = np.zeros((worlds, team, 2), dtype=np.float32)
         if not by_script.all():
             action = self._allocate(at_scale(sensed, self._shrinking), memory, fresh, by_script)
@@ -125,11 +131,19 @@ class AllocationPolicy:
         before, of_pairs = memory.grasped, rows(course, memory.pair)
         moves, speed_share = self._gather(boats, touches, memory)
         goal, turn = relations.goal, -relations.heading_error
-        self._path.begin(course, memory.grasped & ~before, goal, turn)
-        self._path.advance(course, memory.limits, goal, turn, moves, speed_share)
+        grasps, last = memory.grasped & ~before, None
+        self._path.begin(course, grasps, goal, turn)
+        if self._waypoints is not None:
+            memory.way.legs[begins], memory.end[begins] = 0, np.nan
+            plans = (begins | (grasps & ~by_script)) & ~memory.pair
+            known = sensed.goal, sensed.obstacle, memory.limits, sensed.working
+            self._waypoints.plan(memory.way, relations, *known, plans)
+            goal, turn, last = self._waypoints.target(memory.way, course, relations, moves)
+        self._path.advance(course, memory.limits, goal, turn, moves, speed_share, last)
         if rest is not None:
             self._advance_pairs(of_pairs, relations, memory, rest, moves)
-        coming, turns = self._come(boats, touches | sensed.touching[..., 1], memory)
+        among = self._among(boats, relations, sensed, memory, ~by_script)
+        coming, turns = self._come(boats, touches | sensed.touching[..., 1], memory, among)
         pushes = memory.in_place & memory.grasped[:, None]
         speed, error = self._push(boats, pushes, touches, memory)
         speed, error = np.where(pushes, speed, coming), np.where(pushes, error, turns)
@@ -206,7 +220,19 @@ class AllocationPolicy:
         memory.grasped[pair] &= ~free
         memory.in_place[pair] &= ~free[:, None]
 
-    def _come(self, boats: Boats, touches: Bool, memory: Memory) -> tuple[Float, Float]:
+    def _among(
+        self, boats: Boats, relations: Relations, sensed: Sensed, memory: Memory, which: Bool
+    ) -> Way | None:
+        """Returns the ways of boats among obstacles in the worlds ``which`` (W,), if there are."""
+        if self._waypoints is None:
+            return None
+        coming = which & ~(memory.in_place | ~sensed.working).all(axis=1)
+        known = Routes(memory.via, memory.left, memory.end)
+        return self._approach.among(boats, relations, sensed.obstacle, known, coming)
+
+    def _come(
+        self, boats: Boats, touches: Bool, memory: Memory, among: Way | None
+    ) -> tuple[Float, Float]:
         """Returns speeds, m/s, and heading errors, rad, (W, A) of boats that do not push.
 
         One that touches something (W, A) before it is in place, such as a failed boat that lies
@@ -220,7 +246,7 @@ class AllocationPolicy:
         standoff = np.where(memory.grasped, 0.0, standoff)
         wanted = self._moved(boats, memory)
         speed, error, memory.astern = self._approach.command(
-            wanted, memory.astern, memory.recoil > 0, standoff
+            wanted, memory.astern, memory.recoil > 0, standoff, among
         )
         leaves = (memory.pair & own.leaving)[:, None]
         away = (boats.hull / boats.bow).real - gains.leaving_speed

@@ -12,15 +12,17 @@ import numpy as np
 
 from asv_env import polygons
 from asv_env.params import EnvParams
-from asv_env.tasks.formation import assigned
-from asv_env.types import Bool, Complex, Float, Int
+from asv_env.tasks.formation import Relations, assigned
+from asv_env.types import Bool, Complex, Float, Int, rows
 from baselines.allocation.allocation_gains import AllocationGains
 from baselines.allocation.boats import Boats
 from baselines.allocation.contact_points import PAIR, Formation, formation, pairs
 from baselines.allocation.detours import Detours
 from baselines.scripted.docking import Docking
 from baselines.scripted.gains import GraspGains
-from baselines.scripted.grasp_controller import avoidance_velocity, lead
+from baselines.scripted.grasp_controller import REPULSION, avoidance_velocity, lead
+from baselines.scripted.routes import Routes
+from baselines.scripted.ways import ClearRoutes, Way
 
 CLEARANCE = 1.6
 """Distance of boats' centres from the hull on their paths, lengths: that of a docked boat, half the
@@ -39,6 +41,7 @@ class ContactApproach:
         self._docking = Docking(params, self._grasp)
         self._lead = lead(self._boat, self._grasp)
         self.detours = cache(self._detours)
+        self._routes = ClearRoutes(params, CLEARANCE * self._boat.length)
 
     def formation(self, team: int) -> Formation:
         """Returns the formation of a team."""
@@ -86,6 +89,31 @@ class ContactApproach:
         waypoint = place - inward * (clearance - boat.length / 2)
         return Detours(hull, clearance, waypoint)
 
+    def among(
+        self, boats: Boats, relations: Relations, obstacle: Float, known: Routes, coming: Bool
+    ) -> Way:
+        """Returns the ways of boats to their waypoints among obstacles (W, M, 5).
+
+        ``known`` has their routes so far, and is updated where boats are ``coming`` (W,).
+        """
+        shape = boats.place.shape
+        far, sees = np.full(shape, np.inf), np.ones(shape, np.bool_)
+        nowhere = np.zeros(shape, np.complex128)
+        way = Way(nowhere, np.zeros(shape), far, sees, nowhere.copy())
+        waypoint = boats.place - boats.inward * (CLEARANCE - 0.5) * self._boat.length
+        here = Routes(known.via[coming], known.left[coming], known.target[coming])
+        given = rows(relations, coming), waypoint[coming], obstacle[coming]
+        found = self._routes.find(*given, np.ones(len(given[1])), here)
+        for each, new in zip((*way, *known), (*found, *here), strict=True):
+            each[coming] = new
+        return way
+
+    def _open_water(self, boats: Boats) -> Way:
+        """Returns the ways of boats where there are no obstacles."""
+        shape = boats.place.shape
+        far, sees = np.full(shape, np.inf), np.ones(shape, np.bool_)
+        return Way(*self.course(boats), far, sees, np.zeros(shape, np.complex128))
+
     def course(self, boats: Boats) -> tuple[Complex, Float]:
         """Returns the directions (W, A) of the boats' paths, and their lengths (W, A), m."""
         course, length = np.zeros_like(boats.place), np.zeros(boats.place.shape)
@@ -97,7 +125,12 @@ class ContactApproach:
         return course, length
 
     def command(
-        self, boats: Boats, astern: Bool, recoils: Bool, standoff: Float
+        self,
+        boats: Boats,
+        astern: Bool,
+        recoils: Bool,
+        standoff: Float,
+        among: Way | None = None,
     ) -> tuple[Float, Float, Bool]:
         """Returns speeds, m/s, heading errors, rad, and which boats are to go astern, (W, A).
 
@@ -106,17 +139,21 @@ class ContactApproach:
             astern: (W, A) boats that went astern.
             recoils: (W, A) boats that something keeps from their places, so that they go astern.
             standoff: (W,) gap to the hull in which boats are to wait, m.
+            among: the ways of the boats among obstacles; None: there are none.
         """
         gains, grasp, inward = self._gains, self._grasp, boats.inward
-        course, length = self.course(boats)
-        speed = np.minimum(grasp.max_speed, gains.approach_speed + gains.arrival_gain * length)
+        way = self._open_water(boats) if among is None else among
+        distance = np.minimum(way.length, way.to_bend)
+        speed = np.minimum(grasp.max_speed, gains.approach_speed + gains.arrival_gain * distance)
         limits = grasp.avoidance_range, grasp.avoidance_speed
-        wanted = speed * course + avoidance_velocity(boats.position, boats.seen, *limits)
+        wanted = speed * way.course + avoidance_velocity(boats.position, boats.seen, *limits)
+        wanted += REPULSION * grasp.cruise_speed * way.away
         target = boats.place - inward * standoff[:, None]
         upright = -1j / inward  # Turns a boat to where it would come from the vessel's +n side.
         gap = (target - boats.position) * upright
         now = boats.position * upright, boats.alignment, gap, boats.place * upright
         docks, astern = self._docking.update(*now, astern)
+        docks, astern = docks & way.sees, astern & way.sees
         # A boat beside its line comes to the hull slowly, where it would only miss its place.
         skid = SKID_TIME * ((boats.velocity - boats.hull) * upright).real
         beside = np.maximum(np.abs(gap.real - skid) - BESIDE, 0.0)
@@ -125,7 +162,8 @@ class ContactApproach:
         docking = self._docking.velocity(gap.real - 1j * height, back) / upright
         wanted = np.where(docks, docking, wanted) + boats.hull
         ahead = (wanted / boats.bow).real
-        ahead = np.where(docks, ahead, np.maximum(ahead, 0.0))  # Others turn before they go.
+        either = docks | (way.away != 0.0)
+        ahead = np.where(either, ahead, np.maximum(ahead, 0.0))  # Others turn before they go.
         aim = wanted - boats.water + self._lead * (wanted - boats.velocity)
         aim = np.where(docks & back, -aim, aim) / inward
         to_hull = np.maximum(aim.real, grasp.pointing_speed) + 1j * aim.imag

@@ -98,7 +98,14 @@ class DirectPath:
         course.arrived &= ~which
 
     def advance(
-        self, course: Course, limits: Limits, goal: Complex, turn: Float, moves: Bool, share: Float
+        self,
+        course: Course,
+        limits: Limits,
+        goal: Complex,
+        turn: Float,
+        moves: Bool,
+        share: Float,
+        last: Bool | None = None,
     ) -> None:
         """Advances courses by a tick.
 
@@ -109,15 +116,16 @@ class DirectPath:
             turn: (W,) heading of the goal in that frame, rad.
             moves: (W,) worlds whose teams move the vessel; it is to rest elsewhere.
             share: (W,) fraction of the speeds that is asked for.
+            last: (W,) whether vessels stay there, and turn; None: all do.
         """
-        gains = self._gains
+        gains, stays = self._gains, moves if last is None else moves & last
         self.begin(course, moves & course.arrived & self._missed(goal), goal, turn)
         along, aside = (goal / course.axis).real, (goal / course.axis).imag
         distance, ahead = np.abs(goal), gains.lookahead * self._vessel.size
         steered = np.where(distance < ahead, np.maximum(along, ahead), along)
         bearing = np.arctan2(aside, steered)
         lies_aside = (distance < NEAR * self._position) & (np.abs(aside) > ASIDE * along)
-        course.arrived |= moves & ((distance < CAPTURE * self._position) | lies_aside)
+        course.arrived |= stays & ((distance < CAPTURE * self._position) | lies_aside)
         self._hold(course, moves, distance, turn)
         free = moves & ~course.holds
         to_turn = np.where(course.arrived, turn, bearing)

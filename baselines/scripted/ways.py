@@ -32,6 +32,43 @@ class Way(NamedTuple):
     away: Complex  #: direction away from near obstacles, of a size from 0 to 1
 
 
+class ClearRoutes:
+    """Finds routes of boats round obstacles and the vessel.
+
+    Args:
+        params: parameters of the environment.
+        wide: clearance that they keep from the vessel where there is room for it, m.
+    """
+
+    def __init__(self, params: EnvParams, wide: float) -> None:
+        vessel, boat = params.hulls()
+        self._corners = complex_corners(vessel.corners)
+        self.clearance, self._wide = CLEARANCE * boat.reach, wide
+
+    def find(
+        self, relations: Relations, end: Complex, obstacle: Float, side: Float, known: Routes
+    ) -> Way:
+        """Returns the ways along routes to ends (W, A), vessel frame, m.
+
+        Args:
+            relations: of the estimated motion.
+            end: (W, A) vessel frame, m.
+            obstacle: (W, M, 5) rows.
+            side: (W,) -1 where the vessel is seen in the mirror image, else +1.
+            known: routes so far; updated.
+        """
+        heading, vessel = relations.heading[:, :1], relations.position[:, :1]
+        outline = self._corners.real + 1j * self._corners.imag * side[:, None]
+        hull, place = edge_rows(vessel + heading * outline), relations.position[:, 1:]
+        clearances = self.clearance, self._wide
+        sees, away = follow(place, vessel + heading * end, obstacle, hull, *clearances, known)
+        ahead = (known.via - place) * heading.conj()
+        distance = np.abs(ahead)
+        to_bend = np.where(known.left > 0, distance * BEND_GAIN, np.inf)
+        course = ahead / np.maximum(distance, TINY)
+        return Way(course, distance + known.left, to_bend, sees, away * heading.conj())
+
+
 class Ways:
     """Finds the ways of boats.
 
@@ -41,11 +78,8 @@ class Ways:
     """
 
     def __init__(self, params: EnvParams, path: ApproachPath) -> None:
-        vessel, boat = params.hulls()
         self._path, self._hz = path, params.clock.control
-        self._corners = complex_corners(vessel.corners)
-        self._clearance = CLEARANCE * boat.reach
-        self._wide = WIDE * path.clearance
+        self._routes = ClearRoutes(params, WIDE * path.clearance)
 
     def find(
         self,
@@ -80,20 +114,10 @@ class Ways:
         self, relations: Relations, waypoint: Complex, sensed: Sensed, memory: GraspMemory
     ) -> Way:
         """Returns the ways along routes, which end above the waypoints (W, A)."""
-        heading, vessel = relations.heading[:, :1], relations.position[:, :1]
-        place, side = relations.position[:, 1:], sensed.side[:, None]
         above = waypoint.real + 1j * np.maximum(waypoint.imag, self._path.entry)
-        outline = self._corners.real + 1j * self._corners.imag * side
-        hull, end = edge_rows(vessel + heading * outline), vessel + heading * above
         known = Routes(memory.via, memory.left, memory.end)
-        clearances = self._clearance, self._wide
-        sees, away = follow(place, end, sensed.obstacle, hull, *clearances, known)
-        ahead = (memory.via - place) * heading.conj()
-        distance = np.abs(ahead)
-        length = distance + memory.left + (above - waypoint).imag
-        to_bend = np.where(memory.left > 0, distance * BEND_GAIN, np.inf)
-        course = ahead / np.maximum(distance, TINY)
-        return Way(course, length, to_bend, sees, away * heading.conj())
+        way = self._routes.find(relations, above, sensed.obstacle, sensed.side, known)
+        return way._replace(length=way.length + (above - waypoint).imag)
 
     def _update_detours(
         self,
@@ -114,6 +138,6 @@ class Ways:
         clear = []
         for each in (turn, 1 - turn):
             points = self._path.points(boat, waypoint, each) * heading + vessel
-            clear.append(are_clear(points, obstacle, self._clearance))
+            clear.append(are_clear(points, obstacle, self._routes.clearance))
         turn = np.where(~clear[0] & clear[1], 1 - turn, turn)
         memory.turn_direction[now], memory.detours[now] = turn, ~(clear[0] | clear[1])
