@@ -21,7 +21,7 @@ from baselines.rollout import seeds
 from baselines.rollout.commands import FilePath, command, say
 
 START, END = "<!-- own sensing -->", "<!-- own sensing: up to here -->"
-POLICIES = {"scripted": "scripted", "paper-tuned": "paper-tuned"}  #: policies by name
+POLICIES = {name: name for name in ("scripted", "allocation", "paper-tuned")}
 UNFILTERED = {"unfiltered": "baselines.scripted.scripted_policy:unfiltered"}
 """The scripted policy on the latest measurements as they are; it is run with noise alone."""
 RANGES = (1.0, 0.5, 0.3)  #: m
@@ -33,6 +33,10 @@ DISTURBANCES: dict[str, dict[str, Any]] = {
     "noise, delay 0.4 s": {**NOISE, "delay": 0.4},
     "noise, dropout 0.5": {**NOISE, "dropout": 0.5},
     **{f"noise, range {reach:g} m": {**NOISE, "range": reach} for reach in RANGES},
+    "noise, range 1 m, delay 0.2 s, dropout 0.1": {
+        **NOISE,
+        **{"range": 1.0, "delay": 0.2, "dropout": 0.1},
+    },
 }
 """Sensors by name; the noise is that of the scenario `noisy`."""
 

@@ -46,6 +46,8 @@ def run(monkeypatch, capsys):
         ("development", ["--seed", 0], "seed 0 is not for development"),
         ("development", ["--page", FOLDER / "turns.py"], "needs a line '<!-- development -->'"),
         ("option_cost", ["--worlds", 0], "worlds = 0"),
+        ("policy_cost", ["--policies", "scriptd"], "Did you mean 'scripted'"),
+        ("policy_cost", ["--ticks", 0], "ticks = 0"),
         ("soak", ["--ticks", 0], "ticks = 0"),
         ("own_sensing", ["--seed", 0], "seed 0 is not for development"),
         ("own_sensing", ["--task", "psuh"], "Did you mean 'push'"),
