@@ -39,7 +39,7 @@ class Options:
 
     policies: tuple[str, ...] = ("scripted", "allocation")  #: registered names
     worlds: int = 256  #: number of worlds
-    ticks: int = 600  #: control ticks that are timed
+    ticks: int = 1200  #: control ticks that are timed
 
     def __post_init__(self) -> None:
         check_whole(self, "worlds ticks", 1, 10**6)
