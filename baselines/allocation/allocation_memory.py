@@ -37,7 +37,7 @@ class Memory:
     left: Float  #: (W, A) length of the routes from there, m
     end: Complex  #: (W, A) ends of the routes, world frame, m
     by_script: Bool  #: (W,) worlds in which the scripted policy acts
-    scripted: Any  #: its memory; None as long as it has not acted
+    scripted: Any  #: its memory of these worlds alone; None as long as it has not acted
 
     @classmethod
     def empty(cls, worlds: int, team: int) -> Self:
@@ -69,3 +69,23 @@ class Memory:
             by_script=np.zeros(world, dtype=np.bool_),
             scripted=None,
         )
+
+    def of_script(self, which: Bool) -> Any:
+        """Returns the memory of the scripted policy in the worlds ``which`` (W,), which it gets.
+
+        That of worlds in which it begins is void.
+        """
+        if self.scripted is None or (which == self.by_script).all():
+            return self.scripted
+        before = np.maximum(np.cumsum(self.by_script) - 1, 0)
+        return picked(self.scripted, before[which])
+
+
+def picked(record: Any, index: Int) -> Any:
+    """Returns the worlds ``index`` (n,) of a record of arrays, of such records, and of None."""
+    if record is None:
+        return None
+    if isinstance(record, np.ndarray):
+        return record[index]
+    parts = {name: picked(part, index) for name, part in vars(record).items()}
+    return type(record)(**parts)

@@ -102,10 +102,10 @@ class AllocationPolicy:
         if not by_script.all():
             action = self._allocate(at_scale(sensed, self._shrinking), memory, fresh, by_script)
         if by_script.any():
-            begins = fresh | ~memory.by_script
-            given = sensed, observation, memory.scripted, begins
-            scripted, memory.scripted = self._scripted.act(*given)
-            action[by_script] = scripted[by_script]
+            given = rows(sensed, by_script), observation[by_script]
+            begins = (fresh | ~memory.by_script)[by_script]
+            own = memory.of_script(by_script)
+            action[by_script], memory.scripted = self._scripted.act(*given, own, begins)
         memory.by_script = by_script
         return action, memory
 
