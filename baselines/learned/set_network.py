@@ -57,14 +57,14 @@ class SetNetwork:
         own = seen.own
         boats: Float = self._layer("boat_1", seen.boats) + self._layer("own_1", own)[:, :, None]
         boats = relu(self._layer("boat_2", relu(boats)))
-        outline = relu(self._layer("point_1", seen.outline).max(axis=2))
-        pooled = [boats.max(axis=2), boats.mean(axis=2), outline]
+        outline = relu(pooled(self._layer("point_1", seen.outline), np.maximum))
+        mean = pooled(boats, np.add) * np.float32(1.0 / boats.shape[2])
+        obstacles = np.zeros_like(outline)
         if seen.obstacles.shape[2]:
-            present = seen.obstacles[..., :1]
-            pooled.append((relu(self._layer("obstacle_1", seen.obstacles)) * present).max(axis=2))
-        else:
-            pooled.append(np.zeros_like(outline))
-        x: Float = np.concatenate([own, *pooled], axis=-1)
+            points = relu(self._layer("obstacle_1", seen.obstacles)) * seen.obstacles[..., :1]
+            obstacles = pooled(points, np.maximum)
+        parts = [own, pooled(boats, np.maximum), mean, outline, obstacles]
+        x: Float = np.concatenate(parts, axis=-1)
         for name in ("trunk_1", "trunk_2"):
             x = relu(self._layer(name, x))
         return np.clip(self._layer("out", x), -1.0, 1.0).astype(np.float32)
@@ -81,6 +81,17 @@ class SetNetwork:
 def relu(x: Float) -> Float:
     """Returns the positive part of an array, in its place."""
     return np.maximum(x, 0.0, out=x)
+
+
+def pooled(items: Float, function: np.ufunc) -> Float:
+    """Returns the items of sets (W, A, n, F) joined by a function, (W, A, F).
+
+    Item by item, this takes half the time of a reduction along the axis.
+    """
+    result: Float = items[:, :, 0].copy()
+    for k in range(1, items.shape[2]):
+        function(result, items[:, :, k], out=result)
+    return result
 
 
 def check(weights: Weights) -> None:

@@ -7,7 +7,6 @@ by the forces that the team exerts. Its contact point is its slot where the task
 use for a formation round the hull.
 """
 
-from copy import deepcopy
 from dataclasses import dataclass
 from typing import Self
 
@@ -18,7 +17,7 @@ from asv_env.geometry import direction, plane, wrap
 from asv_env.params import EnvParams
 from asv_env.sensing import observation
 from asv_env.sensing.kalman import predicted
-from asv_env.types import Action, Bool, Complex, Float, Observation, Sensed
+from asv_env.types import Action, Bool, Complex, Float, Observation, Sensed, copied
 from baselines.allocation.allocation_gains import AllocationGains
 from baselines.allocation.contact import Contact
 from baselines.allocation.contact_approach import ContactApproach
@@ -58,6 +57,12 @@ class ViewMemory:
             vessel=VesselMemory.empty(worlds, team),
             reference=np.zeros((*boats, 2)),
         )
+
+    def copied(self) -> Self:
+        """Returns the same with arrays of its own."""
+        arrays = {name: array for name, array in vars(self).items() if name != "vessel"}
+        own = {name: array.copy() for name, array in arrays.items()}
+        return type(self)(**own, vessel=copied(self.vessel))
 
 
 class TeamView:
@@ -99,7 +104,7 @@ class TeamView:
         worlds, team = sensed.slot.shape
         if memory is None:
             memory, fresh = ViewMemory.empty(worlds, team), np.ones_like(fresh)
-        memory = deepcopy(memory)
+        memory = memory.copied()
         environment = observation.observe(OF_ENVIRONMENT, sensed, self._params)
         obstacles = np.zeros((worlds, team, 0, WIDTHS[3]), dtype=np.float32)
         nearest = None

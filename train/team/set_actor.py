@@ -31,6 +31,11 @@ class SetActor(nn.Module):
 
     def forward(self, own: Tensor, boats: Tensor, outline: Tensor, obstacles: Tensor) -> Tensor:
         """Returns mean actions (n, 2); the arguments are the fields of ``Seen``."""
+        action: Tensor = self._layer("out")(self.trunk(own, boats, outline, obstacles))
+        return action
+
+    def trunk(self, own: Tensor, boats: Tensor, outline: Tensor, obstacles: Tensor) -> Tensor:
+        """Returns the last hidden layer (n, H)."""
         layer, present = self._layer, boats[..., :1]
         item = torch.relu(layer("boat_1")(boats) + layer("own_1")(own).unsqueeze(-2))
         item = torch.relu(layer("boat_2")(item)) * present
@@ -44,8 +49,7 @@ class SetActor(nn.Module):
         x = torch.cat([own, *pooled], dim=-1)
         for name in ("trunk_1", "trunk_2"):
             x = torch.relu(layer(name)(x))
-        action: Tensor = layer("out")(x)
-        return action
+        return x
 
     def weights(self) -> Weights:
         """Returns the weights as a policy file has them."""

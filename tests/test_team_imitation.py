@@ -1,0 +1,146 @@
+"""Imitation by the network of sets: its labels, its expert and its resumed runs."""
+
+from copy import deepcopy
+
+import numpy as np
+import pytest
+
+from asv_env import Simulation, make_params
+from asv_env.types import rows
+from baselines.allocation import AllocationPolicy
+from baselines.learned import team_policy
+from baselines.learned.team_view import TeamView
+from baselines.rollout.loop import rollout
+
+torch = pytest.importorskip("torch")
+from train.team import team_recipe  # noqa: E402
+from train.team.team_imitation import (  # noqa: E402
+    Imitation,
+    Kind,
+    Rounds,
+    batch_loss,
+    kinds,
+    take_over,
+)
+
+TINY = Rounds(rounds=2, kinds=2, boats=8, time=3.0, steps=5, batch=32)
+
+
+def test_what_the_expert_wants_is_what_it_does():
+    """A learner that has learned the labels acts as the expert does."""
+    params = make_params("transport", 4, "noisy")
+    simulation, expert, view = Simulation(params, 3), AllocationPolicy(params), TeamView(params)
+    full = np.array([params.boat.full_speed, params.boat.full_yaw_rate])
+    sight, compared = None, []
+
+    def act(sensed, observation, memory, fresh):
+        nonlocal sight
+        action, memory = expert.act(sensed, observation, memory, fresh)
+        _, sight = view.observe(sensed, sight, fresh)
+        compared.append((view.command(np.clip(memory.wanted / full, -1.0, 1.0), sight), action))
+        return action, memory
+
+    for _ in rollout(simulation, act, range(3), 200):
+        pass
+    learned, wanted = map(np.array, zip(*compared, strict=True))
+    np.testing.assert_allclose(learned, wanted, rtol=0, atol=1e-5)
+
+
+def test_an_expert_that_takes_over_does_so_in_these_worlds_alone():
+    params = make_params("push", 4)
+    simulation, expert, view = Simulation(params, 2), AllocationPolicy(params), TeamView(params)
+    *_, last = rollout(simulation, expert.act, range(2), 300)
+    memory, sensed = last.memory, simulation.sensed
+    _, sight = view.observe(sensed, None, np.ones(2, dtype=bool))
+    memory.course.speed[:] = 0.5
+    memory.reference[:] = 0.1
+    memory.astern[:] = memory.grasped[:] = memory.in_place[:] = True
+    memory.in_place[:, 0] = False
+    sensed.touching[...] = False
+    before = rows(memory.course, [0])
+    take_over(memory, sight, sensed, np.array([False, True]))
+    assert rows(memory.course, [0]) == before
+    assert (memory.reference[0] == 0.1).all()
+    assert (memory.reference[1] == sight.reference[1]).all()
+    assert abs(memory.course.speed[1]) < 0.2
+    for name in ("astern", "grasped", "in_place"):  # None touches the vessel or goes astern.
+        assert getattr(memory, name)[0].any()
+        assert not getattr(memory, name)[1].any()
+
+
+def test_the_expert_has_formations_in_all_kinds_of_worlds():
+    options = Rounds(kinds=12)
+    first, found = (kinds(np.random.default_rng(0), options, number) for number in (0, 31))
+    assert {(kind.num_boats, kind.scenario, kind.vessel) for kind in first} == {
+        (4, "noisy", "plank")
+    }
+    assert len(set(found)) > 6
+    assert all(kind.spans and options.has(kind) for kind in found)
+    assert not Kind(num_boats=2).spans
+    assert not Kind(vessel="disc").spans
+    assert not Kind(num_boats=3, scenario="failure").spans
+    with pytest.raises(ValueError, match="take larger teams, or other hulls"):
+        kinds(np.random.default_rng(0), Rounds(teams=(2,)), 0)
+    with pytest.raises(ValueError, match="Did you mean 'square'"):
+        Rounds(hulls=("sqare",))
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """A run of two rounds, and what it was after the first one."""
+    whole = Imitation(TINY, 10**9)
+    whole.advance()
+    first = deepcopy(whole.state()), list(whole.blocks)
+    whole.advance()
+    return whole, first
+
+
+def test_a_resumed_run_ends_with_the_same_weights(whole):
+    whole, first = whole
+    resumed = Imitation(TINY, 10**9)
+    resumed.restore(*first)
+    resumed.advance()
+    for one, other in ((whole.actor, resumed.actor), (whole.averaged, resumed.averaged)):
+        for name, weight in one.weights().items():
+            np.testing.assert_array_equal(other.weights()[name], weight)
+
+
+def test_training_fits_what_was_seen(whole):
+    learner = Imitation(TINY, 10**9)
+    block = whole[0].blocks[0]
+    boats = torch.arange(len(block.wanted))
+    before = batch_loss(learner.actor, block, boats).item()
+    learner.blocks = [block]
+    for _ in range(8):
+        learner._fit(np.random.default_rng(0))
+    assert batch_loss(learner.actor, block, boats).item() < 0.7 * before
+
+
+def test_the_command_writes_a_policy_and_refuses_to_resume_another_run(tmp_path, monkeypatch):
+    monkeypatch.setattr(team_recipe, "EVALUATED", (Kind(scenario="nominal", task="push"),))
+    given = [
+        "--kinds",
+        "1",
+        "--boats",
+        "4",
+        "--time",
+        "1",
+        "--steps",
+        "1",
+        "--batch",
+        "4",
+        "--episodes",
+        "1",
+        "--every",
+        "1",
+    ]
+    given += ["--teams", "4", "--hulls", "plank", "--tasks", "push"]
+    given += ["--out", str(tmp_path / "run")]
+    team_recipe.main([*given, "--rounds", "1"])
+    policy = tmp_path / "run" / team_recipe.POLICY
+    assert team_policy.read(policy)[1]["development"]
+    before = policy.stat().st_mtime_ns
+    team_recipe.main([*given, "--rounds", "1"])
+    assert policy.stat().st_mtime_ns == before
+    with pytest.raises(SystemExit, match="its run has rounds = 1, not 2"):
+        team_recipe.main([*given, "--rounds", "2"])
