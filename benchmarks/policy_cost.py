@@ -1,6 +1,6 @@
 """What a scripted policy costs beside the worlds it acts in: ``python benchmarks/policy_cost.py``.
 
-Policies run whole episodes, in which worlds that have ended begin anew. The CPU time of their
+Policies run whole episodes, in which worlds that have ended begin again. The CPU time of their
 decisions is compared with that of stepping and resetting the worlds, on one thread.
 """
 
