@@ -21,6 +21,7 @@ SLACK = 0.98  #: clearance of what counts as free, fraction of that of the corne
 START = 0.95  #: the same for the way out of where there is less, fraction of what there is
 ARRIVED = 1.0  #: distance to a corner at which a boat looks for the next one, clearances
 NEAR = 0.9  #: distance to the vessel at which a boat leaves it before all else, clearances
+TINY = 1e-9  #: margin for rounding, m
 AWAY = complex(math.inf, 0.0)  #: target of a boat that leaves the vessel
 
 
@@ -55,8 +56,16 @@ def apart(one: complex, other: complex, row: Float) -> float:
 @compiled
 def is_clear(one: complex, other: complex, rows: Float, clearance: float) -> bool:
     """Returns whether the segment from point to point keeps a clearance from all rows, m."""
-    for k in range(len(rows)):  # noqa: SIM110 (all() is not compiled)
-        if apart(one, other, rows[k]) < clearance:
+    left, right = min(one.real, other.real), max(one.real, other.real)
+    bottom, top = min(one.imag, other.imag), max(one.imag, other.imag)
+    for k in range(len(rows)):
+        row = rows[k]
+        # Most rows are so far away that the boxes round the segments tell.
+        beside = max(min(row[0], row[2]) - right, left - max(row[0], row[2]))
+        above = max(min(row[1], row[3]) - top, bottom - max(row[1], row[3]))
+        if max(beside, above) > row[4] + clearance + TINY:
+            continue
+        if apart(one, other, row) < clearance:
             return False
     return True
 
