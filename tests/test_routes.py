@@ -69,7 +69,9 @@ def test_a_boat_heads_for_a_target_that_it_sees():
     rows = rows_of([(0.0, 0.0, 0.2)])[None]
     boat, target = np.array([[-1 + 0j, -1 + 1j]]), np.array([[1 + 0j, 1 + 1j]])
     routes = Routes(np.zeros((1, 2), complex), np.zeros((1, 2)), np.full((1, 2), np.nan + 0j))
-    sees, away = follow(boat, target, rows, FAR_HULL, CLEARANCE, 2 * CLEARANCE, routes)
+    sees, away = follow(
+        boat, target, rows, FAR_HULL, CLEARANCE, 2 * CLEARANCE, routes, np.ones(len(boat), bool)
+    )
     np.testing.assert_array_equal(sees, [[False, True]])
     assert routes.via[0, 1] == target[0, 1]
     assert routes.left[0, 0] > 0.0

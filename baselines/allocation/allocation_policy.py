@@ -228,7 +228,7 @@ class AllocationPolicy:
             return None
         coming = which & ~(memory.in_place | ~sensed.working).all(axis=1)
         known = Routes(memory.via, memory.left, memory.end)
-        return self._approach.among(boats, relations, sensed.obstacle, known, coming)
+        return self._approach.among(boats, relations, sensed, known, coming)
 
     def _come(
         self, boats: Boats, touches: Bool, memory: Memory, among: Way | None

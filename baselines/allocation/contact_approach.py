@@ -13,7 +13,7 @@ import numpy as np
 from asv_env import polygons
 from asv_env.params import EnvParams
 from asv_env.tasks.formation import Relations, assigned
-from asv_env.types import Bool, Complex, Float, Int, rows
+from asv_env.types import Bool, Complex, Float, Int, Sensed, rows
 from baselines.allocation.allocation_gains import AllocationGains
 from baselines.allocation.boats import Boats
 from baselines.allocation.contact_points import PAIR, Formation, formation, pairs
@@ -90,9 +90,9 @@ class ContactApproach:
         return Detours(hull, clearance, waypoint)
 
     def among(
-        self, boats: Boats, relations: Relations, obstacle: Float, known: Routes, coming: Bool
+        self, boats: Boats, relations: Relations, sensed: Sensed, known: Routes, coming: Bool
     ) -> Way:
-        """Returns the ways of boats to their waypoints among obstacles (W, M, 5).
+        """Returns the ways of boats to their waypoints among obstacles.
 
         ``known`` has their routes so far, and is updated where boats are ``coming`` (W,).
         """
@@ -102,8 +102,9 @@ class ContactApproach:
         way = Way(nowhere, np.zeros(shape), far, sees, nowhere.copy())
         waypoint = boats.place - boats.inward * (CLEARANCE - 0.5) * self._boat.length
         here = Routes(known.via[coming], known.left[coming], known.target[coming])
-        given = rows(relations, coming), waypoint[coming], obstacle[coming]
-        found = self._routes.find(*given, np.ones(len(given[1])), here)
+        given = rows(relations, coming), waypoint[coming], sensed.obstacle[coming]
+        tick = sensed.tick[coming]
+        found = self._routes.find(*given, np.ones(len(tick)), here, tick)
         for each, new in zip((*way, *known), (*found, *here), strict=True):
             each[coming] = new
         return way

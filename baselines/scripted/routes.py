@@ -150,7 +150,7 @@ def apart_from_all(point: complex, rows: Float) -> float:
 @allocating
 def follow(
     boat: Complex, target: Complex, obstacle: Float, hull: Float, clearance: float, wide: float,
-    routes: Routes,
+    routes: Routes, now: Bool,
 ) -> tuple[Bool, Complex]:  # fmt: skip
     """Updates the routes of boats to targets.
 
@@ -162,6 +162,8 @@ def follow(
         clearance: that boats keep, m.
         wide: clearance that they keep from the vessel where there is room for it, m.
         routes: updated.
+        now: (W,) worlds whose routes are all checked. Elsewhere a boat keeps its route until it
+            gets to the next corner, or its target has moved by a clearance.
 
     Returns:
         Whether no obstacle is between boat and target (W, A). Directions (W, A) away from obstacles
@@ -177,10 +179,23 @@ def follow(
         for a in range(boat.shape[1]):
             start, end, via = boat[w, a], target[w, a], routes.via[w, a]
             away[w, a] = repelled(start, obstacle[w], clearance)
-            room = START * max(min(apart_from_all(start, near), apart_from_all(end, near)), 0.0)
-            sees[w, a] = is_clear(start, end, obstacle[w], min(free, room))
+            sees[w, a] = is_clear(start, end, obstacle[w], free)
+            room = free
+            if not sees[w, a]:  # Both ends may be nearer to something.
+                nearest = min(apart_from_all(start, near), apart_from_all(end, near))
+                room = min(free, START * max(nearest, 0.0))
+                sees[w, a] = is_clear(start, end, obstacle[w], room)
+            moved = not abs(routes.target[w, a] - end) <= clearance
+            arrived = routes.left[w, a] > 0.0 and abs(via - start) < ARRIVED * clearance
+            if not (now[w] or moved or arrived):
+                if routes.left[w, a] == 0.0:
+                    routes.via[w, a] = end
+                continue
+            if room == free:
+                nearest = min(apart_from_all(start, near), apart_from_all(end, near))
+                room = min(free, START * max(nearest, 0.0))
             outside = apart_from_all(start, far[len(obstacle[w]) :]) > free
-            if is_clear(start, end, far if outside else near, min(free, room)):
+            if is_clear(start, end, far if outside else near, room):
                 routes.via[w, a], routes.left[w, a], routes.target[w, a] = end, 0.0, end
                 continue
             beside, out = apart_from_all(start, hull[w]), repelled(start, hull[w], 2 * clearance)
@@ -191,7 +206,6 @@ def follow(
                 continue
             room = START * max(apart_from_all(start, near), 0.0)
             lost = not is_clear(start, via, near, min(free, room))
-            moved = not abs(routes.target[w, a] - end) <= clearance
             if lost or moved or abs(via - start) < ARRIVED * clearance:
                 bend, left = end, 0.0
                 if outside:

@@ -11,7 +11,7 @@ import numpy as np
 from asv_env.params import EnvParams
 from asv_env.polygons import complex_corners
 from asv_env.tasks.formation import Relations
-from asv_env.types import Bool, Complex, Float, Sensed
+from asv_env.types import Bool, Complex, Float, Int, Sensed
 from baselines.scripted.approach_path import ApproachPath
 from baselines.scripted.docking import GraspMemory
 from baselines.scripted.routes import Routes, are_clear, edge_rows, follow
@@ -19,6 +19,7 @@ from baselines.scripted.routes import Routes, are_clear, edge_rows, follow
 CLEARANCE = 1.15  #: that boats keep from obstacles, reaches of a boat
 WIDE = 1.2  #: clearance from the vessel where there is room, clearances of the usual paths
 BEND_GAIN = 2.0  #: distance to a bend of a route that counts like a metre to the waypoint, m
+EVERY = 0.3  #: time after which a route is checked, s: a boat makes a third of its clearance in it
 TINY = 1e-9  #: floor of the distance to a bend, m
 
 
@@ -44,9 +45,16 @@ class ClearRoutes:
         vessel, boat = params.hulls()
         self._corners = complex_corners(vessel.corners)
         self.clearance, self._wide = CLEARANCE * boat.reach, wide
+        self._every = max(1, round(EVERY * params.scale**0.5 * params.clock.control))
 
     def find(
-        self, relations: Relations, end: Complex, obstacle: Float, side: Float, known: Routes
+        self,
+        relations: Relations,
+        end: Complex,
+        obstacle: Float,
+        side: Float,
+        known: Routes,
+        tick: Int,
     ) -> Way:
         """Returns the ways along routes to ends (W, A), vessel frame, m.
 
@@ -56,12 +64,15 @@ class ClearRoutes:
             obstacle: (W, M, 5) rows.
             side: (W,) -1 where the vessel is seen in the mirror image, else +1.
             known: routes so far; updated.
+            tick: (W,) control ticks of the episode.
         """
         heading, vessel = relations.heading[:, :1], relations.position[:, :1]
         outline = self._corners.real + 1j * self._corners.imag * side[:, None]
-        hull, place = edge_rows(vessel + heading * outline), relations.position[:, 1:]
+        hull = edge_rows(vessel + heading * outline)
         clearances = self.clearance, self._wide
-        sees, away = follow(place, vessel + heading * end, obstacle, hull, *clearances, known)
+        place, end = relations.position[:, 1:], vessel + heading * end
+        now = tick % self._every == 0
+        sees, away = follow(place, end, obstacle, hull, *clearances, known, now)
         ahead = (known.via - place) * heading.conj()
         distance = np.abs(ahead)
         to_bend = np.where(known.left > 0, distance * BEND_GAIN, np.inf)
@@ -116,7 +127,8 @@ class Ways:
         """Returns the ways along routes, which end above the waypoints (W, A)."""
         above = waypoint.real + 1j * np.maximum(waypoint.imag, self._path.entry)
         known = Routes(memory.via, memory.left, memory.end)
-        way = self._routes.find(relations, above, sensed.obstacle, sensed.side, known)
+        own = sensed.obstacle, sensed.side, known, sensed.tick
+        way = self._routes.find(relations, above, *own)
         return way._replace(length=way.length + (above - waypoint).imag)
 
     def _update_detours(
