@@ -54,18 +54,12 @@ def test_an_expert_that_takes_over_does_so_in_these_worlds_alone():
     _, sight = view.observe(sensed, None, np.ones(2, dtype=bool))
     memory.course.speed[:] = 0.5
     memory.reference[:] = 0.1
-    memory.astern[:] = memory.grasped[:] = memory.in_place[:] = True
-    memory.in_place[:, 0] = False
-    sensed.touching[...] = False
     before = rows(memory.course, [0])
     take_over(memory, sight, sensed, np.array([False, True]))
     assert rows(memory.course, [0]) == before
     assert (memory.reference[0] == 0.1).all()
     assert (memory.reference[1] == sight.reference[1]).all()
     assert abs(memory.course.speed[1]) < 0.2
-    for name in ("astern", "grasped", "in_place"):  # None touches the vessel or goes astern.
-        assert getattr(memory, name)[0].any()
-        assert not getattr(memory, name)[1].any()
 
 
 def test_the_expert_has_formations_in_all_kinds_of_worlds():

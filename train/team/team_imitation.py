@@ -52,7 +52,6 @@ EVERY = 4  #: control ticks between two that are recorded
 TURN = 5.0  #: time between two random choices of these worlds, s
 TOLERANCE = 0.1  #: error of an action beyond which the loss grows linearly
 AVERAGE = 0.995  #: part of the averaged weights that a gradient step leaves
-BACKS = -0.01  #: reference of a boat that goes astern, m/s
 LEADS = (0.02, 0.06)  #: by how much the expert's reference leads the vessel, m/s and rad/s
 
 
@@ -280,20 +279,10 @@ def dagger_rollout(
 def take_over(memory: Memory, sight: ViewMemory, sensed: Sensed, where: Bool) -> None:
     """Gives an expert, in the worlds ``where`` (W,), the memory of one who takes over now.
 
-    What it decides then follows from what is seen. Its references lead the motion of boats and
-    vessel by as much as they do when it acts itself, and it drives the vessel the way that takes
-    less turning now. Only boats that touch the vessel stay in place where they would not get in
-    place, only boats that go astern already are to do so further, and only a team that touches
-    the vessel has grasped it.
+    Its references lead the motion of boats and vessel by as much as they do when it acts itself,
+    and it drives the vessel the way that takes less turning now.
     """
-    course, motion, each = memory.course, memory.vessel.motion, where[:, None]
-    touches, backs = sensed.touching[..., 0], sight.reference[..., 0] < BACKS
-    whole = (memory.in_place | ~sensed.working).all(axis=1)
-    memory.grasped &= ~where | touches.any(axis=1) | whole
-    memory.in_place &= ~each | touches
-    memory.astern &= ~each | backs
-    memory.recoil = np.where(each & ~backs, 0, memory.recoil)
-    memory.waiting = np.where(where, 0, memory.waiting)
+    course, motion = memory.course, memory.vessel.motion
     memory.reference[where] = sight.reference[where]
     to_vessel = np.exp(-1j * motion[:, 2])
     goal = (plane(sensed.goal) - plane(motion)) * to_vessel
