@@ -5,6 +5,8 @@ import pytest
 from scipy.stats import binom
 
 from asv_env import Simulation, make_params
+from asv_env.params.outlines import SHAPES
+from baselines.policy import POLICIES
 from baselines.rollout import runner
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
@@ -96,3 +98,15 @@ def test_the_policy_leaves_what_it_is_given_alone():
 def test_teams_of_other_sizes_grasp_the_vessel(num_boats):
     done = rows(make_params("approach", num_boats), 10)
     assert sum(row.success for row in done) >= 8
+
+
+@pytest.mark.parametrize("name", ["scripted", "allocation"])
+@pytest.mark.parametrize("vessel", [None, *SHAPES])
+def test_large_teams_begin_round_every_named_hull(name, vessel):
+    """The side that they grasp may be nearer to the centre than the other one."""
+    params = make_params("transport", 20, vessel=vessel) if vessel else make_params(num_boats=20)
+    simulation = Simulation(params)
+    observation = simulation.reset(seeds=[0])
+    policy = POLICIES.find(name)(params)
+    action, _ = policy.act(simulation.sensed, observation, None, np.ones(1, dtype=bool))
+    assert np.isfinite(action).all()

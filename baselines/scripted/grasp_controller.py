@@ -46,7 +46,8 @@ class GraspController:
         highest = float(np.abs(slots.imag).max())
         left, right, bottom, top = vessel.extents
         length, width = 2 * max(right, -left), 2 * max(top, -bottom)  # of a box round the centre
-        clearance = highest + gains.waypoint_height - width / 2
+        # Slots on a side near the centre may lie within that box; boats then come down to them.
+        clearance = max(highest + gains.waypoint_height - width / 2, self._boat.reach)
         reach = float(np.abs(slots.real).max())
         path = ApproachPath(length, width, clearance, reach, gains.sigma)
         self._row = highest + self._boat.length
