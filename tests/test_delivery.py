@@ -1,6 +1,7 @@
 """Delivery: the vessel holds the goal pose, or passes it slowly as in the paper."""
 
 import copy
+import math
 import pickle
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from helpers import actions, begin_at, bodies, turned
 from asv_env import Simulation, make_params
 from asv_env.sensing.global_state import global_state
 from asv_env.tasks.laws import at_goal, rules
-from asv_env.tasks.termination import delivery_ticks
+from asv_env.tasks.termination import delivery_ticks, why_not_delivered
 from baselines.paper.coasting import coasting_distance, coasting_speed
 
 approx = pytest.approx
@@ -292,3 +293,25 @@ def test_the_paper_s_presets_take_its_instant():
         "experiment": "passing", "paper_simulation": "passing",
     }.items():  # fmt: skip
         assert make_params(preset=preset).task.delivery == criterion
+
+
+@pytest.mark.parametrize(
+    ("closure", "nearest", "heading", "anchor", "cause"),
+    [
+        (math.inf, 0.5, 0.0, "world", "no closure"),
+        (math.inf, 0.01, 0.0, "closure", "no closure"),
+        (math.inf, 0.01, 0.5, "world", "heading off"),
+        (math.inf, 0.01, -0.05, "world", "not settled"),
+        (20.0, 0.5, 0.0, "world", "never near"),
+        (20.0, 0.01, -0.5, "closure", "heading off"),
+    ],
+)
+def test_a_team_may_fail_for_more_than_want_of_closure(closure, nearest, heading, anchor, cause):
+    summary = {
+        "strayed": False,
+        "time_to_closure": closure,
+        "min_position_error": nearest,
+        "heading_error_at_min": heading,
+    }
+    assert why_not_delivered(summary, make_params(goal_anchor=anchor)) == cause
+    assert why_not_delivered(summary | {"strayed": True}, make_params()) == "strayed"

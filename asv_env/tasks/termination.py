@@ -62,10 +62,15 @@ def why_not_grasped(summary: Mapping[str, Any], params: EnvParams) -> str:
 
 
 def why_not_delivered(summary: Mapping[str, Any], params: EnvParams) -> str:
-    """Returns why the vessel was not delivered."""
-    if summary["strayed"] or math.isinf(summary["time_to_closure"]):
+    """Returns why the vessel was not delivered.
+
+    A team may move the vessel without closure, unless the goal waits for it.
+    """
+    far = summary["min_position_error"] > params.task.position_tolerance
+    waits = far or params.task.goal_anchor == "closure"
+    if summary["strayed"] or (waits and math.isinf(summary["time_to_closure"])):
         return why_not_grasped(summary, params)
-    if summary["min_position_error"] > params.task.position_tolerance:
+    if far:
         return "never near"
     if abs(summary["heading_error_at_min"]) > params.task.heading_tolerance:
         return "heading off"

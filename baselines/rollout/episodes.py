@@ -62,9 +62,10 @@ CAUSES = (
     *("never near", "heading off", "not settled"),
 )
 """Causes of failure of the built-in tasks, each excluding those before it: the policy raised or
-gave no usable action; a body left the arena; closure was never formed; the slots were not occupied
-for long enough (Approach); the vessel never came within the position tolerance; its heading was
-off when it was nearest; it was there, but too fast, or left before it was delivered."""
+gave no usable action; a body left the arena; closure was never formed, nor did the vessel come near
+its goal without; the slots were not occupied for long enough (Approach); the vessel never came
+within the position tolerance; its heading was off when it was nearest; it was there, but too fast,
+or left before it was delivered."""
 
 
 @dataclass(frozen=True)
