@@ -22,42 +22,35 @@ class AllocationGains:
 
     # The forces.
     max_force: float = 0.8  #: largest force of a boat on the hull; the rest is for steering
-    min_force: float = TEAM[
-        "min_force"
-    ]  #: least force of boats in contact: a grasp that noise does not open
+    #: least force of boats in contact: a grasp that noise does not open
+    min_force: float = TEAM["min_force"]
     #: largest force by which a boat lets friction hold it sideways
     max_grip: float = 0.6
     hold_grip: float = 0.3  #: further force with which the team holds the vessel at its goal
-    moment_weight: float = TEAM[
-        "moment_weight"
-    ]  #: weight of the moment against forces where not both can be had
+    #: weight of the moment against forces where not both can be had
+    moment_weight: float = TEAM["moment_weight"]
 
     # The motion of the vessel.
-    drive_share: float = TEAM[
-        "drive_share"
-    ]  #: part of the pushers' force that drag takes at full speed
+    #: part of the pushers' force that drag takes at full speed
+    drive_share: float = TEAM["drive_share"]
     max_speed: float = 0.1  #: limit of the vessel's speed, m/s: half of what boats can go
     #: part of a boat's thrust that its sideways drag takes when the vessel turns at the full rate
     turn_share: float = TEAM["turn_share"]
-    turn_braking: float = TEAM[
-        "turn_braking"
-    ]  #: part of the largest yaw acceleration with which a turn is planned
+    #: part of the largest yaw acceleration with which a turn is planned
+    turn_braking: float = TEAM["turn_braking"]
     speed_gain: float = 0.5  #: speed per distance near the goal, 1/s: time constant 2 s
     yaw_gain: float = TEAM["yaw_gain"]  #: yaw rate per angle near the wanted heading, 1/s
     slide_gain: float = 0.3  #: sideways speed per distance beside the goal, 1/s
-    slide_speed: float = TEAM[
-        "slide_speed"
-    ]  #: limit of the speed at which boats carry the vessel sideways, m/s
+    #: limit of the speed at which boats carry the vessel sideways, m/s
+    slide_speed: float = TEAM["slide_speed"]
     full_bearing: float = 0.3  #: bearing of the goal up to which the vessel drives at full speed
     turn_bearing: float = 0.6  #: bearing of the goal from which it turns on the spot, rad
-    lookahead: float = TEAM[
-        "lookahead"
-    ]  #: least distance of the point that is steered for, vessel sizes
+    #: least distance of the point that is steered for, vessel sizes
+    lookahead: float = TEAM["lookahead"]
 
     # The boats.
-    sideways_gain: float = TEAM[
-        "sideways_gain"
-    ]  #: speed along the hull per distance to the contact point, 1/s
+    #: speed along the hull per distance to the contact point, 1/s
+    sideways_gain: float = TEAM["sideways_gain"]
     sideways_time: float = 1.0  #: time constant of the velocity along the hull, s
     gap_gain: float = 0.5  #: closing speed per gap to the hull, 1/s: time constant 2 s
     max_offset: float = 0.6  #: limit of the yaw offset by which a boat moves along the hull, rad
@@ -73,9 +66,8 @@ class ManoeuvreGains:
 
     # Which manoeuvre comes next.
     far: float = PAIR["far"]  #: distance from which a goal is driven to, tolerances
-    turn_bearing: float = PAIR[
-        "turn_bearing"
-    ]  #: bearing of the goal beyond which the vessel turns first, rad
+    #: bearing of the goal beyond which the vessel turns first, rad
+    turn_bearing: float = PAIR["turn_bearing"]
     turned_bearing: float = 0.3  #: bearing at which it has turned enough, rad
     #: error of the pose of rest at which boats leave the vessel alone, tolerances
     rest_error: float = 0.7
@@ -87,12 +79,10 @@ class ManoeuvreGains:
     # The motion of the vessel.
     braking: float = PAIR["braking"]  #: speed, fraction of that from which it coasts to the end
     turn_braking: float = PAIR["turn_braking"]  #: likewise the yaw rate
-    slide_time: float = PAIR[
-        "slide_time"
-    ]  #: time for which its sideways motion is taken to last, s
-    release_error: float = PAIR[
-        "release_error"
-    ]  #: what is left to go when boats let go, tolerances
+    #: time for which its sideways motion is taken to last, s
+    slide_time: float = PAIR["slide_time"]
+    #: what is left to go when boats let go, tolerances
+    release_error: float = PAIR["release_error"]
 
     # The boats.
     standoff: float = 0.02  #: gap to the hull in which boats wait for each other, m

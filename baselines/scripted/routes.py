@@ -147,6 +147,13 @@ def apart_from_all(point: complex, rows: Float) -> float:
     return nearest
 
 
+@compiled
+def room_between(start: complex, end: complex, rows: Float, free: float) -> float:
+    """Returns the clearance of a way whose ends may be nearer to rows than what is free, m."""
+    nearest = min(apart_from_all(start, rows), apart_from_all(end, rows))
+    return min(free, START * max(nearest, 0.0))
+
+
 @allocating
 def follow(
     boat: Complex, target: Complex, obstacle: Float, hull: Float, clearance: float, wide: float,
@@ -182,8 +189,7 @@ def follow(
             sees[w, a] = is_clear(start, end, obstacle[w], free)
             room = free
             if not sees[w, a]:  # Both ends may be nearer to something.
-                nearest = min(apart_from_all(start, near), apart_from_all(end, near))
-                room = min(free, START * max(nearest, 0.0))
+                room = room_between(start, end, near, free)
                 sees[w, a] = is_clear(start, end, obstacle[w], room)
             moved = not abs(routes.target[w, a] - end) <= clearance
             arrived = routes.left[w, a] > 0.0 and abs(via - start) < ARRIVED * clearance
@@ -192,8 +198,7 @@ def follow(
                     routes.via[w, a] = end
                 continue
             if room == free:
-                nearest = min(apart_from_all(start, near), apart_from_all(end, near))
-                room = min(free, START * max(nearest, 0.0))
+                room = room_between(start, end, near, free)
             outside = apart_from_all(start, far[len(obstacle[w]) :]) > free
             if is_clear(start, end, far if outside else near, room):
                 routes.via[w, a], routes.left[w, a], routes.target[w, a] = end, 0.0, end
