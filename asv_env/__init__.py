@@ -37,6 +37,10 @@ def __getattr__(name: str) -> object:
         from asv_env.envs.sb3 import BoatVecEnv
 
         return BoatVecEnv
+    if name == "TorchRLEnv":
+        from asv_env.envs.torchrl import TorchRLEnv
+
+        return TorchRLEnv
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -102,8 +102,10 @@ ONLY_IN = {
         "train/sb3/",
     },
     "ray": {"train/rllib/"},
+    "torchrl": {"asv_env/envs/torchrl.py"},
     "torch": {
         "asv_env/envs/sb3.py",
+        "asv_env/envs/torchrl.py",
         "train/actors.py",
         "train/imitation.py",
         "train/sb3/",

@@ -21,7 +21,7 @@ EXAMPLES = {
         SINGLE_FILE,
         {"num_envs=64": "num_envs=4", "steps=128": "steps=16", "updates=150": "updates=2"},
     ),
-    "torchrl": ("torchrl", TORCHRL, {"2048": "32", "204_800": "64"}),
+    "torchrl": ("torchrl", TORCHRL, {"8192": "1024", "1_228_800": "2048"}),
     "rllib": ("ray", RLLIB, {"4096": "128", "1024": "128", "range(50)": "range(2)"}),
 }
 """{engine: (the library it needs, its example, {what is long: what is short})}."""

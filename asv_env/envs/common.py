@@ -5,13 +5,14 @@ import warnings
 from collections.abc import Collection, Mapping
 from copy import deepcopy
 from enum import Enum
+from numbers import Integral
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Space
 
-from asv_env.checks import choice, nearest
+from asv_env.checks import choice, nearest, plain
 from asv_env.envs.gym_spec import completed
 from asv_env.params import EnvParams
 from asv_env.render import MODES
@@ -144,6 +145,17 @@ class Adapter:
         """Keeps the window up to date, if there is one."""
         if self.render_mode == "human":
             self._frame()
+
+
+def world_seeds(seed: Any, num_worlds: int) -> list[Any]:
+    """Returns a seed for each world: from one number, world i gets ``seed + i``.
+
+    Anything else than a number is the seed of every world: None, or what the simulation refuses.
+    """
+    seed = plain(seed)
+    if isinstance(seed, Integral) and not isinstance(seed, bool):
+        return [seed + world for world in range(num_worlds)]
+    return [seed] * num_worlds
 
 
 def goal_option(options: Mapping[str, Any] | None, others: Collection[str] = ()) -> Any:

@@ -9,7 +9,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from asv_env.checks import Whole, choice, plain
-from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option
+from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option, world_seeds
 from asv_env.envs.infos import masked, put_blocks, team_blocks, team_mean
 from asv_env.envs.limits import limited
 from asv_env.envs.row_attributes import RowAttributes
@@ -234,6 +234,4 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             if len(seed) != self.num_envs:
                 raise ValueError(f"{len(seed)} seeds for {self.num_envs} worlds: give one for each")
             return list(seed)
-        if isinstance(seed, Integral) and not isinstance(seed, bool):
-            return [seed + world for world in range(self.num_envs)]
-        return [seed] * self.num_envs  # None, or what the simulation refuses
+        return world_seeds(seed, self.num_envs)
