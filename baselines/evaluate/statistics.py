@@ -259,8 +259,11 @@ def pseudo_values(table: Table, trim: float) -> Table:
     A missing value has the row's statistic as its pseudo-value; rows without any value are NaN.
     """
     pseudo = np.full(table.shape, np.nan)
-    n = table.shape[2]
-    for pair in np.ndindex(table.shape[:2]):
+    n, whole = table.shape[2], ~np.isnan(table).any(axis=2)
+    statistic, own = influence(table[whole], trim)
+    pseudo[whole] = statistic[:, None] + own
+    for row in np.argwhere(~whole):
+        pair = tuple(row)
         present = ~np.isnan(table[pair])
         if m := int(present.sum()):
             pseudo[pair], own = influence(table[pair][present], trim)
