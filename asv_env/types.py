@@ -37,8 +37,14 @@ def rows(record: Record, index: Any) -> Record:
 
 
 def copied(record: Record) -> Record:
-    """Returns the same record with arrays of its own."""
-    return type(record)(**{name: array.copy() for name, array in vars(record).items()})
+    """Returns the same record with arrays of its own; records in it, or None, are copied too."""
+    if record is None:
+        return record
+    own = {
+        name: value.copy() if isinstance(value, np.ndarray) else copied(value)
+        for name, value in vars(record).items()
+    }
+    return made(type(record), own)
 
 
 def put_rows(record: Record, index: Any, new: Record) -> None:

@@ -1,5 +1,7 @@
 """Settings of all tests, and what several of their modules share."""
 
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +10,9 @@ from hypothesis import settings
 
 settings.register_profile("asv", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("asv")
+# Without bytecode, each of some hundred processes would take half a second to compile the sources.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,6 @@ from what the team knows, so that each boat can compute its own part; with senso
 they do, see ``baselines.distributed``. A world of another scale is shrunk.
 """
 
-from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +19,7 @@ from asv_env.types import (
     Float,
     Observation,
     Sensed,
+    copied,
     put_rows,
     rows,
 )
@@ -95,7 +95,7 @@ class AllocationPolicy:
         worlds, team = sensed.slot.shape
         if memory is None:
             memory, fresh = Memory.empty(worlds, team), np.ones_like(fresh)
-        memory = deepcopy(memory)
+        memory = copied(memory)
         memory.way.missing[fresh] = False
         by_script = self._by_script(sensed) | memory.way.missing
         action = np.zeros((worlds, team, 2), dtype=np.float32)

@@ -58,12 +58,6 @@ class ViewMemory:
             reference=np.zeros((*boats, 2)),
         )
 
-    def copied(self) -> Self:
-        """Returns the same with arrays of its own."""
-        arrays = {name: array for name, array in vars(self).items() if name != "vessel"}
-        own = {name: array.copy() for name, array in arrays.items()}
-        return type(self)(**own, vessel=copied(self.vessel))
-
 
 class TeamView:
     """What the boats of an environment see, and how they are commanded.
@@ -104,7 +98,7 @@ class TeamView:
         worlds, team = sensed.slot.shape
         if memory is None:
             memory, fresh = ViewMemory.empty(worlds, team), np.ones_like(fresh)
-        memory = memory.copied()
+        memory = copied(memory)
         environment = observation.observe(OF_ENVIRONMENT, sensed, self._params)
         obstacles = np.zeros((worlds, team, 0, WIDTHS[3]), dtype=np.float32)
         nearest = None

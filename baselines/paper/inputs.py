@@ -17,29 +17,29 @@ def numbers(name: str, value: ArrayLike) -> Float:
 def finite(name: str, value: ArrayLike) -> Float:
     """Returns `value` as float64 array; ValueError if an element is NaN or infinite."""
     array = numbers(name, value)
-    _refuse(array, ~np.isfinite(array), f"{name} must be finite", "replace NaN and infinity")
+    _require(array, np.isfinite(array), name, "must be finite", "replace NaN and infinity")
     return array
 
 
 def positive(name: str, value: ArrayLike) -> Float:
     """Returns `value` as float64 array; ValueError unless every element is finite and > 0."""
     array = finite(name, value)
-    _refuse(array, array <= 0, f"{name} must be positive", "use a value above 0")
+    _require(array, array > 0, name, "must be positive", "use a value above 0")
     return array
 
 
 def not_negative(name: str, value: ArrayLike) -> Float:
     """Returns `value` as float64 array; ValueError unless every element is finite and >= 0."""
     array = finite(name, value)
-    _refuse(array, array < 0, f"{name} must not be negative", "use 0 or a value above it")
+    _require(array, array >= 0, name, "must not be negative", "use 0 or a value above it")
     return array
 
 
 def turn_directions(name: str, value: ArrayLike) -> NDArray[np.int_]:
     """Returns turn directions D as integers; ValueError unless each is 0 or 1."""
     array = numbers(name, value)
-    rule = f"{name} must be 0 (clockwise) or 1 (counter-clockwise)"
-    _refuse(array, ~np.isin(array, (0, 1)), rule, "see turn_direction")
+    rule = "must be 0 (clockwise) or 1 (counter-clockwise)"
+    _require(array, (array == 0) | (array == 1), name, rule, "see turn_direction")
     return array.astype(np.int_)
 
 
@@ -53,10 +53,10 @@ def finite_poses(name: str, value: ArrayLike) -> Float:
     return _rows(name, finite(name, value), "x, y, heading")
 
 
-def _refuse(array: Float, bad: Bool, rule: str, remedy: str) -> None:
+def _require(array: Float, good: Bool, name: str, rule: str, remedy: str) -> None:
     """Raises ValueError with the rule, the first bad element and the remedy, if one is bad."""
-    if np.any(bad):
-        raise ValueError(f"{rule}, got {array[bad][0]}: {remedy}")
+    if not good.all():
+        raise ValueError(f"{name} {rule}, got {array[~good][0]}: {remedy}")
 
 
 def _rows(name: str, array: Float, columns: str) -> Float:

@@ -9,7 +9,6 @@ The task prescribes the side for the grasp. Where the goal is to be held in wate
 the vessel off the boats there, the team then goes round and grasps it from the other side.
 """
 
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 from asv_env.params import EnvParams
 from asv_env.sensing.kalman import predicted
 from asv_env.tasks.formation import relate
-from asv_env.types import Action, Bool, Float, Observation, Sensed, put_rows, rows
+from asv_env.types import Action, Bool, Float, Observation, Sensed, copied, put_rows, rows
 from baselines.mirror import PushSide, at_scale, mirror_image, view_from
 from baselines.scripted.clear_planner import ClearPlanner
 from baselines.scripted.docking import GraspMemory
@@ -97,7 +96,7 @@ class ScriptedPolicy:
         """See ``Policy.act``."""
         if memory is None:
             memory, fresh = self._empty(*sensed.slot.shape), np.ones_like(fresh)
-        memory = deepcopy(memory)
+        memory = copied(memory)
         sensed, switch = self._seen(sensed, memory, fresh)
         side = memory.side
         self._observer.update(sensed, memory.vessel, memory.pushing & ~memory.path.released)
