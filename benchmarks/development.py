@@ -22,7 +22,7 @@ from baselines.rollout import seeds
 from baselines.rollout.commands import FilePath, command, say
 
 COLUMNS = ("success", "success_low", "success_high", "time_to_goal")
-START, END = "<!-- development -->", "<!-- development: up to here -->"
+START, END = "<!-- development {} -->", "<!-- development {}: up to here -->"
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Options:
     num_envs: int = 250  #: number of worlds side by side
     out: FilePath = Path("runs/development")  #: folder of the episodes
     overwrite: bool = False  #: replace episodes of other code
-    page: FilePath | None = None  #: page whose tables are replaced, such as docs/baselines.md
+    page: FilePath | None = None  #: page with their tables, such as docs/baselines.md
 
 
 def run(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
@@ -50,13 +50,15 @@ def run(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
             tables.
     """
     seeds.check(range(options.seed, options.seed + options.episodes), "development")
-    text = None
+    wanted = list(chosen(options))
     if options.page is not None:
         text = marks.read(options.page)
-        marks.check(text, START, END)
-    studies = [
-        compare(
-            {name: name for name in options.policies},
+        for suite in wanted:
+            marks.check(text, *marked(suite.about))
+    for suite in wanted:
+        policies = {name: name for name in options.policies}
+        study = compare(
+            policies,
             suite,
             options.episodes,
             options.out / suite.about,
@@ -65,13 +67,17 @@ def run(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
             replays=0,
             overwrite=options.overwrite,
         )
-        for suite in list(chosen(options))
-    ]
-    note = f"{options.episodes} episodes each, seeds from {options.seed} on."
-    found = "\n\n".join([*map(table, studies), note])
-    say(found)
-    if options.page is not None and text is not None:
-        options.page.write_text(marks.replaced(text, START, END, found), encoding="utf-8")
+        note = f"{options.episodes} episodes each, seeds from {options.seed} on."
+        found = f"{table(study)}\n\n{note}"
+        say(found)
+        if options.page is not None:
+            text = marks.replaced(marks.read(options.page), *marked(suite.about), found)
+            options.page.write_text(text, encoding="utf-8")
+
+
+def marked(suite: str) -> tuple[str, str]:
+    """Returns the lines between which a page has the table of a suite."""
+    return START.format(suite), END.format(suite)
 
 
 def chosen(options: Options) -> Iterator[Suite]:

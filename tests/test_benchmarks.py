@@ -44,7 +44,7 @@ def run(monkeypatch, capsys):
         ("coefficients", ["--page", FOLDER / "turns.py"], "needs a line '<!-- coefficients -->'"),
         ("convergence", ["--page", FOLDER / "turns.py"], "needs a line '<!-- convergence -->'"),
         ("development", ["--seed", 0], "seed 0 is not for development"),
-        ("development", ["--page", FOLDER / "turns.py"], "needs a line '<!-- development -->'"),
+        ("development", ["--page", FOLDER / "turns.py"], "a line '<!-- development robust-v2 -->'"),
         ("option_cost", ["--worlds", 0], "worlds = 0"),
         ("policy_cost", ["--policies", "scriptd"], "Did you mean 'scripted'"),
         ("policy_cost", ["--ticks", 0], "ticks = 0"),
@@ -70,7 +70,8 @@ def test_options_that_make_no_sense_are_refused(name, words, message, run):
 
 def test_conditions_of_suites_are_run_on_seeds_for_development(run, tmp_path):
     page, out = tmp_path / "page.md", tmp_path / "out"
-    page.write_text("above\n<!-- development -->\n<!-- development: up to here -->\nbelow\n")
+    mark = "<!-- development easy-v1{} -->\n"
+    page.write_text(f"above\n{mark.format('')}{mark.format(': up to here')}below\n")
     words = ("--policies", "idle", "random", "--episodes", 2, "--workers", 0, "--page", page)
     names = ("--suites", "easy-v1", "quick-v2", "--conditions", "push")
     assert run("development", *words, *names, "--out", out) == ""
