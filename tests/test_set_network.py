@@ -49,7 +49,7 @@ def test_numpy_and_torch_agree(actor, seen, obstacles):
     if not obstacles:
         seen = seen._replace(obstacles=seen.obstacles[:, :, :0])
     with torch.no_grad():
-        wanted = actor(*flat(seen)).clamp(-1.0, 1.0).numpy().reshape(5, 6, 2)
+        wanted = actor(*flat(seen)).clamp(-1.0, 1.0).numpy().reshape(5, 6, 3)
     found = SetNetwork(actor.weights())(seen)
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-5)
     assert np.ptp(found, axis=(0, 1)).min() > 0.3
@@ -104,7 +104,7 @@ def test_the_policy_runs_in_every_world_from_its_file(actor, tmp_path):
     ("change", "message"),
     [
         (lambda w: w.pop("out.bias"), "out.bias"),
-        (lambda w: w.update({"out.bias": np.full(2, np.nan)}), "not finite"),
+        (lambda w: w.update({"out.bias": np.full(3, np.nan)}), "not finite"),
         (lambda w: w.update({"own_1.weight": np.zeros((3, 32))}), "own_1.weight"),
         (lambda w: w.clear(), "not those of a network of sets"),
     ],

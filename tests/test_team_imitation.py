@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from asv_env import Simulation, make_params
-from asv_env.types import rows
 from baselines.allocation import AllocationPolicy
 from baselines.learned import team_policy
 from baselines.learned.team_view import TeamView
@@ -15,6 +14,7 @@ from baselines.rollout.loop import rollout
 torch = pytest.importorskip("torch")
 from train.team import team_recipe  # noqa: E402
 from train.team.team_imitation import (  # noqa: E402
+    LEADS,
     Imitation,
     Kind,
     Rounds,
@@ -26,18 +26,20 @@ from train.team.team_imitation import (  # noqa: E402
 TINY = Rounds(rounds=2, kinds=2, boats=8, time=3.0, steps=5, batch=32)
 
 
-def test_what_the_expert_wants_is_what_it_does():
+@pytest.mark.parametrize("vessel", ["plank", "L"])
+def test_what_the_expert_wants_is_what_it_does(vessel):
     """A learner that has learned the labels acts as the expert does."""
-    params = make_params("transport", 4, "noisy")
+    params = make_params("transport", 4, "noisy", vessel=vessel)
     simulation, expert, view = Simulation(params, 3), AllocationPolicy(params), TeamView(params)
-    full = np.array([params.boat.full_speed, params.boat.full_yaw_rate])
     sight, compared = None, []
 
     def act(sensed, observation, memory, fresh):
         nonlocal sight
         action, memory = expert.act(sensed, observation, memory, fresh)
         _, sight = view.observe(sensed, sight, fresh)
-        compared.append((view.command(np.clip(memory.wanted / full, -1.0, 1.0), sight), action))
+        learned = view.command(view.label(memory.wanted, sight), sight)
+        compared.append((learned[..., 0], action[..., 0]))
+        compared.append((np.abs(learned[..., 1]), np.abs(action[..., 1])))  # Or half a turn.
         return action, memory
 
     for _ in rollout(simulation, act, range(3), 200):
@@ -46,20 +48,21 @@ def test_what_the_expert_wants_is_what_it_does():
     np.testing.assert_allclose(learned, wanted, rtol=0, atol=1e-5)
 
 
-def test_an_expert_that_takes_over_does_so_in_these_worlds_alone():
+def test_an_expert_that_takes_over_leads_by_little():
     params = make_params("push", 4)
     simulation, expert, view = Simulation(params, 2), AllocationPolicy(params), TeamView(params)
     *_, last = rollout(simulation, expert.act, range(2), 300)
     memory, sensed = last.memory, simulation.sensed
     _, sight = view.observe(sensed, None, np.ones(2, dtype=bool))
-    memory.course.speed[:] = 0.5
+    memory.course.speed[:], memory.course.yaw_rate[:] = 0.5, -0.5
     memory.reference[:] = 0.1
-    before = rows(memory.course, [0])
-    take_over(memory, sight, sensed, np.array([False, True]))
-    assert rows(memory.course, [0]) == before
-    assert (memory.reference[0] == 0.1).all()
-    assert (memory.reference[1] == sight.reference[1]).all()
-    assert abs(memory.course.speed[1]) < 0.2
+    take_over(memory, sight, sensed)
+    np.testing.assert_array_equal(memory.reference, sight.reference)
+    motion, course = memory.vessel.motion, memory.course
+    axis = np.exp(1j * motion[:, 2]) * course.axis
+    speed = ((motion[:, 3] + 1j * motion[:, 4]) * axis.conj()).real
+    np.testing.assert_allclose(course.speed, speed + LEADS[0] * np.sign(course.speed - speed))
+    np.testing.assert_allclose(course.yaw_rate, motion[:, 5] - LEADS[1])
 
 
 def test_the_expert_has_formations_in_all_kinds_of_worlds():

@@ -106,6 +106,8 @@ class AllocationPolicy:
             begins = (fresh | ~memory.by_script)[by_script]
             own = memory.of_script(by_script)
             action[by_script], memory.scripted = self._scripted.act(*given, own, begins)
+            memory.wanted[by_script] = memory.scripted.wanted
+            memory.reference[by_script] = memory.scripted.reference
         memory.by_script = by_script
         return action, memory
 

@@ -1,8 +1,10 @@
 """The numbers that a boat sees: those of itself and its task, and those of an item of each set.
 
-Vectors are in the boat's frame unless they say otherwise, so that nothing depends on the world's
-frame or on which end of the hull is its bow. Lengths are those of the nominal world. Each number is
-divided by a unit and clipped; what must be met to the centimetre appears a second time, magnified.
+Vectors are in the frame of the boat's contact point, whose x-axis is the direction in which the boat
+is to point there, unless they say otherwise. So nothing depends on the world's frame, on which end
+of the hull is its bow, or on where the boat points now, which is seen once. Lengths are those of
+the nominal world. Each number is divided by a unit and clipped; what must be met to the centimetre
+appears a second time, magnified.
 """
 
 from collections.abc import Iterable, Mapping
@@ -65,19 +67,19 @@ ENVIRONMENT = {
     "thrusters_work": (1,),
     "vessel_seen": (1,),
 }
-"""Features of the environment's observation that come first, with their signs when mirrored."""
+"""Features of the environment's observation that come first, in the boat's frame, with their signs
+when mirrored."""
 OWN = (
     _vector("slip", SPEED, FAST),  #: velocity of the hull where the boat is, relative to the boat
     _vector("slip_fine", FINE_SPEED),
-    _length("place"),  #: of the contact point
-    _vector("inward"),  #: direction in which the boat is to point there
-    _odd("inward_angle", 2 * FINE_ANGLE),
+    _length("gap"),  #: to its contact point
+    _vector("gap_fine", FINE),
+    _vector("heading"),
+    _odd("heading_angle", 2 * FINE_ANGLE),
     _vector("drive"),  #: direction in which the vessel is to be driven
     _length("vessel"),  #: of its centre
     _vector("drift", FINE_SPEED, FAST),  #: velocity of the water
-    # In the frame of the contact point.
-    _length("gap"),
-    _vector("gap_fine", FINE),
+    Column("in_place"),  #: whether it is at its contact point
     # In the frame of the drive.
     _length("goal"),
     _vector("goal_fine", FINE),
@@ -91,7 +93,9 @@ OWN = (
     # Of the team.
     Column("allocated"),  #: whether it has the contact points of a formation, and not slots
     Column("closed"),
-    Column("in_place"),  #: fraction of the boats
+    Column("grasped"),  #: whether all boats have been in place since it got them
+    Column("arrived"),  #: whether the vessel has been at the goal since, and is still near it
+    Column("share_in_place"),
     Column("inverse_team", 0.5, 2.0),
 )
 """The boat and its task."""
@@ -105,7 +109,7 @@ BOAT = (
     _vector("gap_fine", FINE),
     _vector("alignment"),
     *CONTACT,
-    *(Column("touches"), Column("works"), Column("seen")),
+    *(Column("in_place"), Column("touches"), Column("works"), Column("seen")),
 )
 """Another boat."""
 POINT = (_length("point"), _vector("normal"))

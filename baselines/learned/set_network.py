@@ -19,6 +19,7 @@ from asv_env.types import Action, Float
 from baselines.learned.seen import WIDTHS, Seen
 
 Weights = Mapping[str, Any]  #: arrays by names: "LAYER.weight" (inputs, outputs), "LAYER.bias"
+COMMAND = 3  #: numbers that a boat is commanded by, see ``TeamView.command``
 HIDDEN, ITEMS = 128, 32  #: default sizes of the trunk's layers and of an encoded item
 
 
@@ -33,7 +34,7 @@ def layers(hidden: int = HIDDEN, items: int = ITEMS) -> dict[str, tuple[int, int
         "obstacle_1": (obstacle, items),
         "trunk_1": (own + 4 * items, hidden),
         "trunk_2": (hidden, hidden),
-        "out": (hidden, 2),
+        "out": (hidden, COMMAND),
     }
 
 
@@ -49,7 +50,7 @@ class SetNetwork:
         self._weights = {name: np.asarray(w, np.float32) for name, w in weights.items()}
 
     def __call__(self, seen: Seen) -> Action:
-        """Returns the outputs (W, A, 2) within [-1, 1], for what boats (W, A, ...) see.
+        """Returns the outputs (W, A, 3) within [-1, 1], for what boats (W, A, ...) see.
 
         Every product of matrices has one factor for each world, whose shape does not depend on W:
         the actions of a world are the same to the bit in every batch.

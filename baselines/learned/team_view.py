@@ -1,10 +1,13 @@
-"""What each boat of a team sees, in its own frame: itself and its task, and three sets.
+"""What each boat of a team sees of itself, its task and three sets, and how it is commanded.
 
 The sets are the other boats, points of the vessel's outline and the nearest points of obstacles,
 see ``baselines.learned.seen``. As the boats of ``baselines.allocation`` do, each has a contact
 point, which is assigned when an episode begins or a boat fails, and estimates the vessel's motion
 by the forces that the team exerts. Its contact point is its slot where the task or the team has no
 use for a formation round the hull.
+
+A boat is commanded by its speed relative to the hull and by a direction to point in, because small
+differences of these decide what force it exerts: its helm makes the motion of them.
 """
 
 from dataclasses import dataclass
@@ -27,7 +30,10 @@ from baselines.scripted.helm import Helm
 from baselines.scripted.observer import VesselMemory, VesselObserver
 
 OUTLINE_POINTS = 16  #: points of the vessel's outline, one at least on each edge
-IN_PLACE = (0.03, 0.85)  #: distance to its contact point, m, and cosine, at which a boat is there
+IN_PLACE = (0.03, 0.85)  #: distance to its contact point, m, and cosine, where a boat gets there
+OUT_OF_PLACE = (0.08, 0.6)  #: distance and cosine at which it is no longer there
+ARRIVED, LEFT = 1.5, 3.0  #: distances where a vessel has arrived at its goal, and left, tolerances
+FINE_FORCE = 0.03  #: speed relative to the hull, m/s, up to which commands are nearly linear in it
 OF_ENVIRONMENT = tuple(map(observation.FEATURES.find, ENVIRONMENT))
 NEAREST = tuple(map(observation.FEATURES.find, ("obstacles", "vessel_obstacles")))
 
@@ -41,6 +47,12 @@ class ViewMemory:
     axis: Complex  #: (W,) direction in which, or against which, the team drives the vessel
     allocated: Bool  #: (W,) whether the contact points are those of a formation, and not slots
     working: Bool  #: (W, A) boats that worked when they were assigned
+    in_place: Bool  #: (W, A) boats that are at their contact points
+    grasped: Bool  #: (W,) whether all boats have been there since these were assigned
+    arrived: Bool  #: (W,) whether the vessel has been at the goal since, and is still near it
+    heading: Complex  #: (W, A) of boats, in the frames of their contact points
+    ahead: Float  #: (W, A) speed of the hull where a boat is, along its heading, m/s
+    yaw_rate: Float  #: (W,) of the vessel, rad/s
     vessel: VesselMemory
     reference: Float  #: (W, A, 2) that the boats' autopilots follow, m/s and rad/s
 
@@ -54,6 +66,12 @@ class ViewMemory:
             axis=np.ones(worlds, dtype=np.complex128),
             allocated=np.zeros(worlds, dtype=np.bool_),
             working=np.zeros(boats, dtype=np.bool_),
+            in_place=np.zeros(boats, dtype=np.bool_),
+            grasped=np.zeros(worlds, dtype=np.bool_),
+            arrived=np.zeros(worlds, dtype=np.bool_),
+            heading=np.ones(boats, dtype=np.complex128),
+            ahead=np.zeros(boats),
+            yaw_rate=np.zeros(worlds),
             vessel=VesselMemory.empty(worlds, team),
             reference=np.zeros((*boats, 2)),
         )
@@ -86,7 +104,7 @@ class TeamView:
         self._point, self._normal = outline_points(small)
         self._approach, self._contact = ContactApproach(small, gains), Contact(small, gains)
         self._observer, self._helm = VesselObserver(small), Helm(small)
-        self._full = np.array([small.boat.full_speed, small.boat.full_yaw_rate])
+        self._fastest, self._reach = small.boat.full_speed, small.task.position_tolerance
 
     def observe(
         self, sensed: Sensed, memory: ViewMemory | None, fresh: Bool
@@ -109,21 +127,31 @@ class TeamView:
         to_vessel = np.exp(-1j * motion[:, :1, 2])
         boat = (plane(motion[:, 1:]) - plane(motion[:, :1])) * to_vessel
         self._assign(boat, sensed, memory, fresh)
-        own, boats, to_boat = self._see_boats(sensed, motion, boat, memory)
+        own, boats, to_contact = self._see_boats(sensed, motion, boat, memory)
         own = np.concatenate([environment, own], axis=-1)
         if nearest is not None:
-            obstacles = self._see_obstacles(nearest, boat, to_boat)
-        return Seen(own, boats, self._see_outline(boat, to_boat), obstacles), memory
+            obstacles = self._see_obstacles(nearest, boat, to_contact, memory.heading)
+        return Seen(own, boats, self._see_outline(boat, to_contact), obstacles), memory
 
     def command(self, wanted: Float, memory: ViewMemory) -> Action:
-        """Returns the actions (W, A, 2) that bring boats to motions (W, A, 2) within a tick.
+        """Returns the actions (W, A, 2) of boats that are to move as ``wanted`` (W, A, 3).
 
-        The motions, in [-1, 1], are given in those of a full action. The memory keeps what the
-        autopilots are asked for.
+        The first number is the speed relative to the hull, in [-1, 1], see ``stretched``; the
+        others are the direction to point in, in the frame of the contact point, of any length. The
+        memory keeps what the autopilots are asked for.
         """
-        given = wanted * self._full, memory.reference
-        action, memory.reference = self._helm.set_points(*given)
+        speed = memory.ahead + stretched(wanted[..., 0], self._fastest)
+        aim = wanted[..., 1] + 1j * wanted[..., 2]
+        error = np.angle(aim * memory.heading.conj())
+        motion = np.stack([speed, self._helm.turn(error) + _turns(memory)], axis=-1)
+        action, memory.reference = self._helm.set_points(motion, memory.reference)
         return action.astype(np.float32)
+
+    def label(self, motion: Float, memory: ViewMemory) -> Float:
+        """Returns what ``command`` turns into the motions (W, A, 2), m/s and rad/s; (W, A, 3)."""
+        relative = motion[..., 0] - memory.ahead
+        aim = memory.heading * direction(self._helm.angle(motion[..., 1] - _turns(memory)))
+        return np.stack([shrunk(relative, self._fastest), aim.real, aim.imag], axis=-1)
 
     def _estimated(self, sensed: Sensed, memory: ViewMemory, fresh: Bool) -> Float:
         """Returns the estimated motion (W, B, 6), that of the vessel by the forces of the boats.
@@ -164,6 +192,8 @@ class TeamView:
         memory.place[slotted] = sensed.slot[slotted]
         memory.inward[slotted] = across[slotted, None]
         memory.axis[slotted] = across[slotted]
+        again = begins | (allocated != memory.allocated)
+        memory.in_place[again], memory.grasped[again], memory.arrived[again] = False, False, False
         memory.allocated, memory.working = allocated, sensed.working.copy()
 
     def _see_boats(
@@ -171,19 +201,23 @@ class TeamView:
     ) -> tuple[Observation, Observation, Complex]:
         """Returns what boats at ``boat`` see of themselves, and of each other.
 
-        The last result (W, A) turns vectors of the vessel's frame into those of the boats.
+        The last result (W, A) turns vectors of the vessel's frame into those of contact points.
         """
         (worlds, team), others = boat.shape, self._others
         heading, velocity, rate = direction(motion[..., 2]), plane(motion, 3), motion[:, :1, 5]
         to_vessel = heading[:, :1].conj()
         bow, own, hull = (each * to_vessel for each in (heading[:, 1:], velocity[:, 1:], velocity))
-        hull, to_boat = hull[:, :1], bow.conj()
+        hull = hull[:, :1]
+        place, inward = memory.place, memory.inward
+        to_contact = inward.conj()
         goal = (plane(sensed.goal)[:, None] - plane(motion[:, :1])) * to_vessel
         turn = wrap(sensed.goal[:, 2:] - motion[:, :1, 2])
         drive = driven(memory.axis[:, None], goal, turn)
-        place, inward, along = memory.place, memory.inward, drive.conj()
-        gap, alignment = (place - boat) * inward.conj(), inward * to_boat
-        near = (np.abs(gap) < IN_PLACE[0]) & (alignment.real > IN_PLACE[1]) & sensed.working
+        along, gap, pointing = drive.conj(), (place - boat) * to_contact, bow * to_contact
+        here = hull + 1j * rate * boat
+        memory.heading, memory.ahead = pointing, (here * bow.conj()).real
+        memory.yaw_rate = rate[:, 0]
+        self._update(gap, pointing, np.abs(goal[:, 0]), sensed.working, memory)
         working = sensed.working.sum(axis=1, keepdims=True)
         contact = {
             "lever_arm": place * along,
@@ -191,14 +225,14 @@ class TeamView:
             "moment": (place.conj() * inward).imag,
         }
         itself = {
-            "slip": (hull + 1j * rate * boat - own) * to_boat,
-            "place": (place - boat) * to_boat,
-            "inward": alignment,
-            "inward_angle": np.angle(alignment),
-            "drive": drive * to_boat,
-            "vessel": -boat * to_boat,
-            "drift": memory.vessel.drift[:, None] * to_vessel * to_boat,
+            "slip": (here - own) * to_contact,
             "gap": gap,
+            "heading": pointing,
+            "heading_angle": np.angle(pointing),
+            "drive": drive * to_contact,
+            "vessel": -boat * to_contact,
+            "drift": memory.vessel.drift[:, None] * to_vessel * to_contact,
+            "in_place": memory.in_place,
             "goal": goal * along,
             "goal_turn": direction(turn),
             "goal_angle": turn,
@@ -206,17 +240,20 @@ class TeamView:
             "vessel_yaw_rate": rate,
             "allocated": memory.allocated[:, None],
             "closed": sensed.closed[:, None],
-            "in_place": near.sum(axis=1, keepdims=True) / working,
+            "grasped": memory.grasped[:, None],
+            "arrived": memory.arrived[:, None],
+            "share_in_place": memory.in_place.sum(axis=1, keepdims=True) / working,
             "inverse_team": 1.0 / working,
         }
-        each = to_boat[:, :, None]
+        each = to_contact[:, :, None]
         seen = {
             "present": np.ones(()),
             "position": (boat[:, others] - boat[:, :, None]) * each,
             "heading": bow[:, others] * each,
             "velocity": (own[:, others] - own[:, :, None]) * each,
             "gap": gap[:, others],
-            "alignment": alignment[:, others],
+            "alignment": pointing[:, others],
+            "in_place": memory.in_place[:, others],
             "touches": sensed.touching[:, others, 0],
             "works": sensed.working[:, others],
             "seen": sensed.seen[:, 1:][:, others],
@@ -227,21 +264,37 @@ class TeamView:
         put(alone, OWN, itself | contact)
         boats = np.empty((worlds, team, team - 1, WIDTHS[1]), dtype=np.float32)
         put(boats, BOAT, seen)
-        return alone, boats, to_boat
+        return alone, boats, to_contact
 
-    def _see_outline(self, boat: Complex, to_boat: Complex) -> Observation:
+    def _update(
+        self, gap: Complex, pointing: Complex, distance: Float, working: Bool, memory: ViewMemory
+    ) -> None:
+        """Updates which boats are in place, what is grasped, and which vessels have arrived."""
+        far, turned = (
+            np.where(memory.in_place, out, into)
+            for into, out in zip(IN_PLACE, OUT_OF_PLACE, strict=True)
+        )
+        near = (np.abs(gap.real) < far) & (np.abs(gap.imag) < far)
+        memory.in_place = near & (pointing.real > turned) & working
+        memory.grasped = memory.grasped | (memory.in_place | ~working).all(axis=1)
+        bound = np.where(memory.arrived, LEFT, ARRIVED) * self._reach
+        memory.arrived = memory.grasped & (distance < bound)
+
+    def _see_outline(self, boat: Complex, to_contact: Complex) -> Observation:
         """Returns the points of the outline as boats (W, A) see them."""
         seen = np.empty((*boat.shape, len(self._point), WIDTHS[2]), dtype=np.float32)
-        point = (self._point - boat[..., None]) * to_boat[..., None]
-        put(seen, POINT, {"point": point, "normal": self._normal * to_boat[..., None]})
+        point = (self._point - boat[..., None]) * to_contact[..., None]
+        put(seen, POINT, {"point": point, "normal": self._normal * to_contact[..., None]})
         return seen
 
-    def _see_obstacles(self, nearest: Observation, boat: Complex, to_boat: Complex) -> Observation:
+    def _see_obstacles(
+        self, nearest: Observation, boat: Complex, to_contact: Complex, heading: Complex
+    ) -> Observation:
         """Returns the points of obstacles as boats (W, A) see them, from features ``NEAREST``."""
         found = nearest.reshape(*boat.shape, 2, -1, 3).astype(np.float64)
         of_boat, of_vessel = np.moveaxis(plane(found) * self._size, 2, 0)
-        of_vessel = of_vessel * to_boat[..., None]
-        centre = -(boat * to_boat)[..., None]
+        of_boat, of_vessel = of_boat * heading[..., None], of_vessel * to_contact[..., None]
+        centre = -(boat * to_contact)[..., None]
         present = np.concatenate([found[:, :, 0, :, 2], found[:, :, 1, :, 2]], axis=-1)
         items = {
             "present": present,
@@ -253,6 +306,22 @@ class TeamView:
         put(seen, OBSTACLE, items)
         seen *= present[..., None] > 0
         return seen
+
+
+def stretched(share: Float, fastest: float) -> Float:
+    """Returns speeds (...), m/s, of shares (...) in [-1, 1]; small ones are resolved finely."""
+    return FINE_FORCE * np.sinh(share * np.arcsinh(fastest / FINE_FORCE))
+
+
+def shrunk(speed: Float, fastest: float) -> Float:
+    """Returns the shares (...) of which ``stretched`` makes speeds (...), m/s; at most 1."""
+    share = np.arcsinh(speed / FINE_FORCE) / np.arcsinh(fastest / FINE_FORCE)
+    return np.clip(share, -1.0, 1.0)
+
+
+def _turns(memory: ViewMemory) -> Float:
+    """Returns yaw rates (W, A), rad/s, with which boats in place turn with the hull."""
+    return np.where(memory.in_place & memory.grasped[:, None], memory.yaw_rate[:, None], 0.0)
 
 
 def driven(axis: Complex, goal: Complex, turn: Float) -> Complex:

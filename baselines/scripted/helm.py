@@ -40,6 +40,13 @@ class Helm:
         braking = np.sqrt(2 * self._stopping * np.maximum(size - linear / 2, linear / 2))
         return np.sign(error) * np.where(size < linear, self._gain * size, braking)
 
+    def angle(self, rate: Float) -> Float:
+        """Returns the angles (...), rad, that are taken away with yaw rates (...), rad/s."""
+        size = np.abs(rate)
+        linear = self._stopping / self._gain**2
+        braking = size**2 / (2 * self._stopping) + linear / 2
+        return np.sign(rate) * np.where(size < self._gain * linear, size / self._gain, braking)
+
     def set_points(self, wanted: Float, reference: Float) -> tuple[Float, Float]:
         """Returns set-points that bring the references to wanted motions within a tick.
 

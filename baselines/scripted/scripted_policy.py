@@ -38,6 +38,7 @@ class Memory:
     """What the team remembers from tick to tick."""
 
     pushing: Bool  #: (W,) phase of each world: PUSH where true, APPROACH otherwise
+    wanted: Float  #: (W, A, 2) motions that boats are to have, m/s and rad/s
     reference: Float  #: (W, A, 2) of the boats' autopilots, m/s and rad/s
     vessel: VesselMemory
     grasp: GraspMemory
@@ -132,6 +133,7 @@ class ScriptedPolicy:
                 put_rows(memory.vessel, where, here[2])
                 put_rows(own, where, here[3])
         command[..., 1] *= side[:, None]
+        memory.wanted = command
         memory.reference[fresh] = 0.0
         before = memory.reference
         action, memory.reference = self._helm.set_points(command, before)
@@ -142,6 +144,7 @@ class ScriptedPolicy:
         """Returns memory of worlds in which nothing has happened yet."""
         return Memory(
             np.zeros(worlds, dtype=bool),
+            np.zeros((worlds, team, 2)),
             np.zeros((worlds, team, 2)),
             VesselMemory.empty(worlds, team),
             GraspMemory.empty(worlds, team),

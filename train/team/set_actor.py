@@ -11,7 +11,7 @@ FIRST_OUTPUT = 0.1  #: factor on the last layer's initial weights, so that first
 
 
 class SetActor(nn.Module):
-    """Maps what boats (n, ...) see to their mean actions (n, 2).
+    """Maps what boats (n, ...) see to their mean commands (n, 3), see ``TeamView.command``.
 
     Sets of boats may be padded with zeros, which are not present.
     """
@@ -30,7 +30,7 @@ class SetActor(nn.Module):
         return layer
 
     def forward(self, own: Tensor, boats: Tensor, outline: Tensor, obstacles: Tensor) -> Tensor:
-        """Returns mean actions (n, 2); the arguments are the fields of ``Seen``."""
+        """Returns mean commands (n, 3); the arguments are the fields of ``Seen``."""
         action: Tensor = self._layer("out")(self.trunk(own, boats, outline, obstacles))
         return action
 

@@ -52,14 +52,14 @@ EVERY = 4  #: control ticks between two that are recorded
 TURN = 5.0  #: time between two random choices of these worlds, s
 TOLERANCE = 0.1  #: error of an action beyond which the loss grows linearly
 AVERAGE = 0.995  #: part of the averaged weights that a gradient step leaves
-LEADS = (0.02, 0.06)  #: by how much the expert's reference leads the vessel, m/s and rad/s
+LEADS = (0.01, 0.03)  #: by how much the expert's reference leads the vessel, m/s and rad/s
 
 
 class Block(NamedTuple):
     """What boats (n,) of a kind of worlds have seen in a round, and what the expert wanted."""
 
     seen: tuple[Tensor, ...]  #: the fields of ``Seen``, half precision
-    wanted: Tensor  #: (n, 2) motions, in those of a full action
+    wanted: Tensor  #: (n, 3) see ``TeamView.command``
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,10 @@ class Kind:
 
     @property
     def spans(self) -> bool:
-        """Whether the expert has a formation for the team, also after a failure."""
+        """Whether the expert has a formation for the team, also after a failure, or needs none."""
         params = self.params
+        if not params.definition.has_goal:
+            return True
         least = params.num_boats - params.variation.failures
         approach = ContactApproach(params, AllocationGains())
         return all(approach.formation(team).spans for team in {least, params.num_boats})
@@ -226,7 +228,7 @@ def batch_loss(actor: nn.Module, block: Block, rows: Tensor) -> Tensor:
     wanted, half = block.wanted[rows].clone(), len(rows) // 2
     for part, sign in zip(seen, MIRROR, strict=True):
         part[:half] *= torch.from_numpy(sign)
-    wanted[:half, 1] *= -1.0
+    wanted[:half, 2] *= -1.0
     loss: Tensor = nn.functional.smooth_l1_loss(actor(*seen), wanted, beta=TOLERANCE)
     return loss
 
@@ -243,7 +245,6 @@ def dagger_rollout(
     params = kind.params
     simulation = Simulation(params, len(seeds))
     expert, view = AllocationPolicy(params), TeamView(params)
-    full = np.array([params.boat.full_speed, params.boat.full_yaw_rate])
     rate, leads = params.clock.control, np.ones(len(seeds), dtype=np.bool_)
     seen: list[Seen] = []
     wanted: list[Float] = []
@@ -259,38 +260,40 @@ def dagger_rollout(
         if ticks % round(TURN * rate) == 0:
             leads[:] = rng.random(len(leads)) < share
         if ticks % EVERY == 0:
-            seen.append(Seen(*(part.astype(np.float16) for part in now)))
-            wanted.append(np.clip(after.wanted / full, -1.0, 1.0).astype(np.float32))
+            works = sensed.working
+            seen.append(Seen(*(part[works].astype(np.float16) for part in now)))
+            wanted.append(view.label(after.wanted, sight)[works].astype(np.float32))
         ticks += 1
         learned = action if leads.all() else view.command(network(now), sight)
         sight.reference[leads] = after.reference[leads]
-        take_over(after, sight, sensed, ~leads)
+        take_over(after, sight, sensed)
         return np.where(leads[:, None, None], action, learned), (after, sight)
 
     for _ in rollout(simulation, act, seeds, round(seconds * rate)):
         pass
     parts = zip(*seen, strict=True)
     return Block(
-        tuple(torch.from_numpy(np.concatenate(part)).flatten(0, 1) for part in parts),
-        torch.from_numpy(np.concatenate(wanted)).flatten(0, 1),
+        tuple(torch.from_numpy(np.concatenate(part)) for part in parts),
+        torch.from_numpy(np.concatenate(wanted)),
     )
 
 
-def take_over(memory: Memory, sight: ViewMemory, sensed: Sensed, where: Bool) -> None:
-    """Gives an expert, in the worlds ``where`` (W,), the memory of one who takes over now.
+def take_over(memory: Memory, sight: ViewMemory, sensed: Sensed) -> None:
+    """Gives an expert the memory of one who takes over now.
 
-    Its references lead the motion of boats and vessel by as much as they do when it acts itself,
-    and it drives the vessel the way that takes less turning now.
+    Its references lead the motion of boats and vessel by little, and it drives the vessel the way
+    that takes less turning now.
     """
     course, motion = memory.course, memory.vessel.motion
-    memory.reference[where] = sight.reference[where]
+    memory.reference = sight.reference.copy()
+    if memory.scripted is not None:
+        memory.scripted.reference = memory.reference[memory.by_script]
     to_vessel = np.exp(-1j * motion[:, 2])
     goal = (plane(sensed.goal) - plane(motion)) * to_vessel
     axis = driven(course.axis, goal, wrap(sensed.goal[:, 2] - motion[:, 2]))
-    turned = where & ~course.arrived & ((axis * course.axis.conj()).real < 0)
+    turned = ~course.arrived & ((axis * course.axis.conj()).real < 0)
     course.axis = np.where(turned, -course.axis, course.axis)
     course.speed = np.where(turned, -course.speed, course.speed)
     speed = (plane(motion, 3) * to_vessel * course.axis.conj()).real
     for name, now, lead in (("speed", speed, LEADS[0]), ("yaw_rate", motion[:, 5], LEADS[1])):
-        before = getattr(course, name)
-        setattr(course, name, np.where(where, np.clip(before, now - lead, now + lead), before))
+        setattr(course, name, np.clip(getattr(course, name), now - lead, now + lead))
