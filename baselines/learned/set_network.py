@@ -20,7 +20,7 @@ from baselines.learned.seen import WIDTHS, Seen
 
 Weights = Mapping[str, Any]  #: arrays by names: "LAYER.weight" (inputs, outputs), "LAYER.bias"
 COMMAND = 3  #: numbers that a boat is commanded by, see ``TeamView.command``
-HIDDEN, ITEMS = 128, 32  #: default sizes of the trunk's layers and of an encoded item
+HIDDEN, ITEMS = 192, 48  #: default sizes of the trunk's layers and of an encoded item
 
 
 def layers(hidden: int = HIDDEN, items: int = ITEMS) -> dict[str, tuple[int, int]]:

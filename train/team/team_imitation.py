@@ -102,13 +102,13 @@ class Rounds:
     hulls: tuple[str, ...] = (
         *(PLANK, PLANK, PLANK, "square", "L", "barge", "T", "triangle", "hexagon"),
     )  #: vessels
-    tasks: tuple[str, ...] = ("transport", "transport", "transport", "push")  #: tasks
-    whole: float = 0.6  #: fraction of the rounds after which all worlds are drawn
+    tasks: tuple[str, ...] = ("transport", "transport", "approach", "transport", "push")  #: tasks
+    whole: float = 0.4  #: fraction of the rounds after which all worlds are drawn
     rounds: int = 32  #: number of rounds
-    kinds: int = 8  #: kinds of worlds in a round
-    boats: int = 96  #: boats of each kind, in as many worlds as they fill
+    kinds: int = 6  #: kinds of worlds in a round
+    boats: int = 240  #: boats of each kind, in as many worlds as they fill
     time: float = 90.0  #: simulated time of a round, s
-    steps: int = 600  #: gradient steps after a round
+    steps: int = 1000  #: gradient steps after a round
     batch: int = 256  #: boats of each of ``kinds`` blocks in a gradient step
     first_rate: float = 1e-3  #: learning rate of the first round
     last_rate: float = 1e-4  #: learning rate of the last round

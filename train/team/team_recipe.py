@@ -38,6 +38,7 @@ EVALUATED = (
     Kind(num_boats=8),
     Kind(vessel="square"),
     Kind(vessel="L"),
+    Kind("approach"),
 )
 """Kinds of worlds of the curve, as far as the run has them."""
 
@@ -129,6 +130,7 @@ def _evaluate(imitation: Imitation, seconds: float, options: Options, out: Path)
         logs = runner.run(partial(TeamPolicy, weights), params, range(first, first + count), count)
         episodes = [log.episode for log in logs]
         name = kind.scenario if kind.vessel == "plank" else f"{kind.scenario}, {kind.vessel}"
+        name = name if kind.task == "transport" else f"{kind.task}, {name}"
         scores.append(evaluation.score(episodes, params, name, decisions, seconds))
     card = {"options": asdict(options.imitation), "development": [vars(one) for one in scores]}
     team_policy.save(out / POLICY, weights, card)
