@@ -5,8 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.params import DISCRETE_ACTIONS
 from asv_env.text import shown
 from asv_env.types import Float, Int
+
+COMMANDS = np.array(DISCRETE_ACTIONS)  #: tracking actions (n, 2) by number
 
 
 def worlds_to_reset(mask: Any, num_worlds: int) -> Int:
@@ -46,23 +49,18 @@ def checked_seeds(seeds: Any, count: int) -> list[int | None]:
     return [None if seed is None else int(seed) for seed in given]
 
 
-def checked_action(action: Any, shape: tuple[int, ...]) -> Float:
+def continuous_action(action: Any, team: tuple[int, ...]) -> Float:
     """Returns actions (W, A, 2) as float64, clipped to [-1, 1].
+
+    Args:
+        action: those that were given.
+        team: (W, A).
 
     Raises:
         TypeError: not real numbers.
         ValueError: another shape, or not finite.
     """
-    try:
-        given = np.asarray(action)
-        if given.dtype.kind not in "biufO":
-            raise TypeError(f"they are of type {given.dtype}")
-        command = np.asarray(given, dtype=np.float64)
-    except Exception as error:  # whatever another library's array raises
-        kind = type(action).__name__
-        raise TypeError(f"action of type {kind}: give real numbers of shape {shape}") from error
-    if command.shape != shape:
-        raise ValueError(f"action of shape {command.shape}: must be {shape}")
+    command = np.asarray(_real(action, "biufO", (*team, 2)), dtype=np.float64)
     if not np.isfinite(command).all():
         world, boat, _ = np.argwhere(~np.isfinite(command))[0]
         raise ValueError(
@@ -70,3 +68,46 @@ def checked_action(action: Any, shape: tuple[int, ...]) -> Float:
             "check the policy for NaN"
         )
     return np.minimum(np.maximum(command, -1.0), 1.0)
+
+
+def discrete_action(action: Any, team: tuple[int, ...]) -> Float:
+    """Returns the tracking actions (W, A, 2) of numbers (W, A) of ``DISCRETE_ACTIONS``.
+
+    Raises:
+        TypeError: not whole numbers.
+        ValueError: another shape, or there is no action of this number.
+    """
+    number = _real(action, "iu", team)
+    unknown = (number < 0) | (number >= len(COMMANDS))
+    if unknown.any():
+        world, boat = np.argwhere(unknown)[0]
+        raise ValueError(
+            f"action {number[world, boat]} of boat {boat} in world {world}: there are "
+            f"{len(COMMANDS)} discrete actions, from 0 to {len(COMMANDS) - 1}"
+        )
+    return COMMANDS[number]
+
+
+CHECKED_ACTION = {
+    "tracking": continuous_action,
+    "thrusters": continuous_action,
+    "discrete": discrete_action,
+}
+"""Functions that check actions and return commands (W, A, 2), by ``action_mode``."""
+
+
+def _real(action: Any, kinds: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Returns actions as an array of a shape, of one of some kinds of numbers."""
+    what = "whole numbers" if kinds == "iu" else "real numbers"
+    try:
+        given = np.asarray(action)
+        if given.dtype.kind not in kinds:
+            raise TypeError(f"they are of type {given.dtype}")
+        if given.dtype.kind == "O":
+            given = given.astype(np.float64)
+    except Exception as error:  # whatever another library's array raises
+        kind = type(action).__name__
+        raise TypeError(f"action of type {kind}: give {what} of shape {shape}") from error
+    if given.shape != shape:
+        raise ValueError(f"action of shape {given.shape}: must be {shape}")
+    return given

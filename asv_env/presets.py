@@ -198,7 +198,8 @@ def make_params(
         scenario: Disturbances: a name of ``SCENARIOS``, or a mapping of sections to the fields
             that differ.
         preset: World, a name of ``PRESETS``.
-        action_mode: "tracking" for speed and yaw rate, or "thrusters" for the two motors.
+        action_mode: "tracking" for speed and yaw rate, "thrusters" for the two motors, or
+            "discrete" for the number of one of ``asv_env.params.DISCRETE_ACTIONS``.
         observation: Features that a boat observes, names of ``FEATURES`` or ``Feature`` objects;
             None takes all built-in ones.
         scale: How many times longer the world is than the nominal one: everything that is not

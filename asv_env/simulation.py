@@ -225,14 +225,16 @@ class Simulation:
 
         Args:
             action: (W, A, 2), finite; clipped to [-1, 1]. Speed and yaw rate with
-                ``action_mode="tracking"``, left and right thruster with "thrusters".
+                ``action_mode="tracking"``, left and right thruster with "thrusters". With
+                "discrete" (W, A), numbers of ``DISCRETE_ACTIONS``.
 
         Raises:
             RuntimeError: a world was never reset, or was stepped after its end.
-            ValueError: an action of the wrong shape, or not finite.
+            ValueError: an action of the wrong shape, not finite, or no number of an action.
         """
         self._check_running()
-        command = arguments.checked_action(action, self._state.thrust.shape)
+        checked = arguments.CHECKED_ACTION[self.params.action_mode]
+        command = checked(action, self._state.working.shape)
         before = self._state
         moved = self._move(command)
         water = self._dynamics.water()

@@ -45,6 +45,7 @@ def run(monkeypatch, capsys):
         ("convergence", ["--page", FOLDER / "turns.py"], "needs a line '<!-- convergence -->'"),
         ("development", ["--seed", 0], "seed 0 is not for development"),
         ("development", ["--page", FOLDER / "turns.py"], "a line '<!-- development robust-v2 -->'"),
+        ("discrete_actions", ["--seed", 7], "seed 7 is not for development"),
         ("option_cost", ["--worlds", 0], "worlds = 0"),
         ("policy_cost", ["--policies", "scriptd"], "Did you mean 'scripted'"),
         ("policy_cost", ["--ticks", 0], "ticks = 0"),

@@ -185,7 +185,7 @@ def test_flat_vector_environments_too(mode: str) -> None:
 
 
 @pytest.mark.parametrize("flat", [False, True])
-@pytest.mark.parametrize("mode", ["tracking", "thrusters"])
+@pytest.mark.parametrize("mode", ["tracking", "thrusters", "discrete"])
 def test_keys_steer_all_boats(flat: bool, mode: str) -> None:
     env = asv_env.JointEnv("transport", 2, flat=flat, action_mode=mode)
     actions = env.get_keys_to_action()

@@ -18,6 +18,7 @@ from torchrl.envs.utils import check_env_specs
 import asv_env
 from asv_env.envs.common import ClosedError, ResetNeededError
 from asv_env.envs.infos import metrics_of, reward_terms
+from asv_env.params import DISCRETE_ACTIONS
 
 OBSERVATION, ACTION, REWARD = (("asv", name) for name in ("observation", "action", "reward"))
 
@@ -30,7 +31,7 @@ def _one_thread():
 def actions(env, steps, seed=0):
     """Random actions, one tensor for each step."""
     generator = torch.Generator().manual_seed(seed)
-    shape = env.action_spec[env.action_key].shape
+    shape = env.full_action_spec[env.action_key].shape
     return [2 * torch.rand(shape, generator=generator) - 1 for _ in range(steps)]
 
 
@@ -77,6 +78,42 @@ def test_it_is_a_batch_of_wrapped_parallel_environments_to_the_bit(task, scenari
         assert theirs["next", "truncated"].sum() == 2
         assert single.group_map == env.group_map
         assert single.action_spec[ACTION] == env.action_spec[ACTION][world]
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_discrete_actions_are_numbers_of_tracking_actions(flat):
+    options = {"seed": 3, "scenario": "harsh", "flat": flat}
+    discrete = asv_env.TorchRLEnv("push", 2, 3, action_mode="discrete", **options)
+    check_env_specs(discrete)
+    tracking = asv_env.TorchRLEnv("push", 2, 3, **options)
+    numbers = torch.tensor([[[0, 1, 2], [3, 4, 5]], [[6, 7, 8], [9, 10, 11]]])
+    commands = torch.tensor(DISCRETE_ACTIONS)[numbers].reshape(
+        2, *tracking.full_action_spec[tracking.action_key].shape
+    )
+    for env in (discrete, tracking):
+        env.set_seed(3)
+    key = discrete.action_key
+    one, other = stepped(discrete, numbers).exclude(key), stepped(tracking, commands).exclude(key)
+    assert equal(one, other)
+    with pytest.raises(ValueError, match=r"action 12 of boat 0 in world 0.*from 0 to 11"):
+        discrete.step(discrete.reset().set(key, numbers[0] + 12))
+
+
+def test_flat_is_the_flat_vector_env_to_the_bit():
+    env = asv_env.TorchRLEnv("push", 3, 2, flat=True, scenario="noisy", seed=3)
+    check_env_specs(env)
+    vector = asv_env.AsvVectorEnv(3, "push", 2, scenario="noisy", flat=True)
+    env.set_seed(3)
+    vector.reset(seed=3)
+    given = actions(env, 3)
+    for step, action in zip(stepped(env, given)["next"], given, strict=True):
+        seen, reward, _, _, infos = vector.step(action.numpy())
+        assert step["observation"].numpy().tobytes() == seen.tobytes()
+        assert step["reward"][:, 0].numpy().tobytes() == reward.astype(np.float32).tobytes()
+        error = step["info", "position_error"].numpy()
+        assert error.tobytes() == infos["position_error"].astype(np.float32).tobytes()
+    with pytest.raises(ValueError, match=r"shape \(3, 2, 2\): must be \(3, 4\)"):
+        env.step(env.reset().set("action", torch.zeros(3, 2, 2)))
 
 
 def test_it_is_the_vector_env_to_the_bit():

@@ -10,11 +10,11 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.spaces import Box, Space
+from gymnasium.spaces import Box, Discrete, MultiDiscrete, Space
 
 from asv_env.checks import choice, nearest, plain
 from asv_env.envs.gym_spec import completed
-from asv_env.params import EnvParams
+from asv_env.params import DISCRETE_ACTIONS, EnvParams
 from asv_env.render import MODES
 from asv_env.sensing import observation
 from asv_env.simulation import Simulation
@@ -80,7 +80,7 @@ class Adapter:
         self._spec = completed(spec, self.params.time_limit_ticks)
 
     def _boat_spaces(self, *team: int, flat: bool = False) -> tuple[Space[Any], Space[Any]]:
-        """Returns the spaces of observations (..., K) and actions (..., 2).
+        """Returns the spaces of observations (..., K) and actions (..., 2), or (...) if discrete.
 
         Args:
             *team: leading axes, such as the number of boats.
@@ -88,10 +88,18 @@ class Adapter:
         """
         bound = observation.bounds(observation.features(self.params))
         high = np.array(np.broadcast_to(bound, (*team, len(bound))))
-        shape: tuple[int, ...] = (*team, 2)
+        shape = (*team, *self._action_shape)
         if flat:
             high, shape = high.reshape(-1), (math.prod(shape),)
-        return Box(-high, high, dtype=np.float32), Box(-1.0, 1.0, shape, dtype=np.float32)
+        seen, choices = Box(-high, high, dtype=np.float32), len(DISCRETE_ACTIONS)
+        if self.params.action_mode != "discrete":
+            return seen, Box(-1.0, 1.0, shape, dtype=np.float32)
+        return seen, MultiDiscrete(np.full(shape, choices)) if shape else Discrete(choices)
+
+    @property
+    def _action_shape(self) -> tuple[int, ...]:
+        """Shape of a boat's action."""
+        return () if self.params.action_mode == "discrete" else (2,)
 
     def _require(self, call: str, *stages: Stage) -> None:
         """Refuses a call in any other stage than these: ClosedError, ResetNeededError."""
@@ -110,7 +118,7 @@ class Adapter:
         return observations[0]
 
     def _advance(self, action: Action) -> tuple[TimeStep, bool, bool]:
-        """Advances an only world under an action (A, 2); returns step, terminated, truncated."""
+        """Advances an only world under its boats' actions; returns step, terminated, truncated."""
         step = self.simulation.step(action[None])
         terminated, truncated = step.ending.terminated.item(), step.ending.truncated.item()
         if terminated or truncated:

@@ -25,6 +25,7 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
 
     Observation: (A, K) float32; (A K,) with ``flat``.
     Action: (A, 2) float32 in [-1, 1], (2 A,) with ``flat``; finite values outside are clipped.
+    With ``action_mode="discrete"`` (A,) numbers of ``DISCRETE_ACTIONS``.
     Reward: the mean of the boats' rewards.
     End: success and leaving the arena terminate, the time limit truncates.
     Info: "reward_<term>" for every weighted term of the step's reward, 0.0 at a reset, and the
@@ -100,8 +101,8 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Advances the world by one control step under an action.
 
-        The number 0 stands for an action of zeros: ``gymnasium.utils.play`` sends it where no key
-        is pressed.
+        The number 0 stands for an action of zeros, which stops the boats: ``gymnasium.utils.play``
+        sends it where no key is pressed.
 
         Returns:
             Observation, reward, terminated, truncated, info.
@@ -112,10 +113,11 @@ class JointEnv(Adapter, gymnasium.Env[Observation, Action]):
         """
         self._require("step", Stage.RUNNING)
         shape = self._shapes[1]
-        given: Any = np.zeros(shape) if _is_zero(action) else np.asarray(action)
+        zero = np.zeros(shape, dtype=self.action_space.dtype)
+        given: Any = zero if _is_zero(action) else np.asarray(action)
         if given.shape != shape:
             raise ValueError(f"action of shape {given.shape}: must be {shape}")
-        step, terminated, truncated = self._advance(given.reshape(-1, 2))
+        step, terminated, truncated = self._advance(given.reshape(-1, *self._action_shape))
         observation = step.observation.reshape(self._shapes[0])
         info = of_world(team_infos(self.simulation, step))
         return observation, team_mean(step.reward).item(), terminated, truncated, info

@@ -26,7 +26,8 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
     """One world whose boats are the agents "asv_0", "asv_1" ...; also named ``parallel_env``.
 
     Observation: (K,) float32 for each agent, K features.
-    Action: (2,) float32 in [-1, 1] for each agent; finite values outside are clipped.
+    Action: (2,) float32 in [-1, 1] for each agent; finite values outside are clipped. With
+    ``action_mode="discrete"`` a number of ``DISCRETE_ACTIONS``.
     Reward: a float for each agent.
     End: as in ``JointEnv``, for all agents together; then ``agents`` is empty until the next reset.
     Info: as in ``JointEnv``, with the terms of the agent's own reward.
@@ -137,7 +138,7 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
         return agent
 
     def _stacked(self, actions: Mapping[str, Action]) -> Action:
-        """Returns the actions (A, 2) in the order of the boats."""
+        """Returns the actions (A, 2) or (A,) in the order of the boats."""
         if not isinstance(actions, Mapping):
             raise TypeError(f"actions of type {type(actions).__name__}: give a dict by agent")
         if actions.keys() != self._spaces.keys():
@@ -147,8 +148,9 @@ class AsvParallelEnv(Adapter, ParallelEnv[str, Observation, Action]):
             raise ValueError(f"actions: missing agents {missing}, unknown agents {unknown}.{hint}")
         stacked = [np.asarray(actions[agent]) for agent in self._names]
         for agent, action in zip(self._names, stacked, strict=True):
-            if action.shape != (2,):
-                raise ValueError(f"action of {agent} of shape {action.shape}: must be (2,)")
+            if action.shape != self._action_shape:
+                must = f"must be {self._action_shape}"
+                raise ValueError(f"action of {agent} of shape {action.shape}: {must}")
         return np.array(stacked)
 
     def _nearest(self, agent: object) -> str:

@@ -1,4 +1,4 @@
-"""Adapter: a stable-baselines3 VecEnv with one row per boat, for a policy that all boats share."""
+"""Adapter: a stable-baselines3 VecEnv, whose rows are boats that share a policy, or worlds."""
 
 import time
 from typing import Any
@@ -8,7 +8,7 @@ from gymnasium.spaces import Box, Dict
 
 from asv_env.checks import Whole
 from asv_env.envs.common import Adapter, Stage, goal_option
-from asv_env.envs.infos import metrics_of, of_world
+from asv_env.envs.infos import metrics_of, of_world, team_mean
 from asv_env.envs.limits import limited
 from asv_env.envs.row_attributes import RowAttributes
 from asv_env.numerics import numerics
@@ -37,11 +37,15 @@ class BoatVecEnv(Adapter, VecEnv):
 
     Observation: (W A, K) float32; with ``with_state`` a dictionary of "obs", the same, and
     "state" (W A, S) float32 of the row's world, for a centralised critic; see ``global_state``.
-    Action: (W A, 2) float32 in [-1, 1]; finite values outside are clipped.
+    Action: (W A, 2) float32 in [-1, 1]; finite values outside are clipped. With
+    ``action_mode="discrete"`` (W A,) numbers of ``DISCRETE_ACTIONS``.
     Reward: (W A,) float32, one of each boat.
     End: as in ``JointEnv``; the world begins its next episode in the same step.
     Info: at the end of an episode "terminal_observation", "TimeLimit.truncated", "episode" (r,
     l, t, as a ``Monitor`` writes) and the metrics, see ``metrics.summary``.
+
+    With ``flat`` a row is a world, and one agent drives all its boats: observation (W, A K), action
+    (W, 2 A), or (W, A) if discrete, reward (W,), the mean of the boats' rewards.
 
     ``seed`` and ``set_options`` count in rows; a world takes those of its first row. SB3's
     ``evaluate_policy`` counts episodes in rows too: multiply ``n_eval_episodes`` by the boats.
@@ -55,11 +59,11 @@ class BoatVecEnv(Adapter, VecEnv):
         num_threads: see ``Simulation``.
         initial_states: distribution of the initial states, see ``Simulation``.
         with_state: whether the state of the world is observed too.
-        max_episode_steps: as in ``JointEnv``.
+        flat, max_episode_steps: as in ``JointEnv``.
         **options: see ``presets.make_params``.
     """
 
-    num_envs: int  #: rows, W A
+    num_envs: int  #: rows, W A; W with ``flat``
     num_worlds: int  #: W
 
     def __init__(
@@ -73,6 +77,7 @@ class BoatVecEnv(Adapter, VecEnv):
         num_threads: int | None = None,
         initial_states: InitialStates | None = None,
         with_state: bool = False,
+        flat: bool = False,
         max_episode_steps: int | None = None,
         **options: Any,
     ) -> None:
@@ -81,19 +86,22 @@ class BoatVecEnv(Adapter, VecEnv):
         params = limited(params, options, max_episode_steps=max_episode_steps)
         simulation = Simulation(params, num_envs, num_threads, initial_states)
         self._open(simulation, render_mode)
-        self.num_worlds, self._team = num_envs, params.num_boats
+        self.num_worlds, self._rows = num_envs, 1 if flat else params.num_boats  # of a world
         self._stagger, self._with_state = stagger, with_state
         self._limit = np.full(num_envs, params.time_limit_ticks)
-        self._return = np.zeros((num_envs, self._team))
+        self._return = np.zeros((num_envs, self._rows))
         self._actions: Action | None = None
         self._began = time.time()
-        observation_space, action_space = self._boat_spaces()
-        self._attributes = RowAttributes(self, num_envs * self._team)
-        self._shape = (num_envs, self._team, *(observation_space.shape or ()))
+        boat, action_space = self._boat_spaces()
+        self._shape = (num_envs, params.num_boats, *(boat.shape or ()))
+        observation_space = boat
+        if flat:
+            observation_space, action_space = self._boat_spaces(params.num_boats, flat=True)
+        self._attributes = RowAttributes(self, num_envs * self._rows)
         if with_state:
-            bound = global_state_bound(self._team)
+            bound = global_state_bound(params.num_boats)
             observation_space = Dict({"obs": observation_space, "state": Box(-bound, bound)})
-        super().__init__(num_envs * self._team, observation_space, action_space)
+        super().__init__(num_envs * self._rows, observation_space, action_space)
         self.metadata["render_fps"] = params.clock.control
 
     @numerics()
@@ -104,8 +112,8 @@ class BoatVecEnv(Adapter, VecEnv):
             ValueError: a bad seed or goal, or the environment is closed.
         """
         self._require("reset", Stage.NEW, Stage.RUNNING)
-        seeds = self._seeds[:: self._team]
-        goals = [goal_option(options) for options in self._options[:: self._team]]
+        seeds = self._seeds[:: self._rows]
+        goals = [goal_option(options) for options in self._options[:: self._rows]]
         goals = [None if goal is None else self.params.checked_goal(goal) for goal in goals]
         observation = np.zeros(self._shape, dtype=np.float32)
         for goal in dict.fromkeys(goals):
@@ -124,7 +132,7 @@ class BoatVecEnv(Adapter, VecEnv):
         return self._by_row(observation, slice(None))
 
     def step_async(self, actions: Action) -> None:
-        """Takes the actions (W A, 2) of the next step.
+        """Takes the actions of the next step, a row each.
 
         Raises:
             ValueError: a wrong shape; ``ResetNeededError`` before a reset, ``ClosedError``
@@ -132,16 +140,17 @@ class BoatVecEnv(Adapter, VecEnv):
         """
         self._require("step", Stage.RUNNING)
         actions = np.array(actions)
-        if actions.shape != (self.num_envs, 2):
-            raise ValueError(f"actions of shape {actions.shape}: must be {(self.num_envs, 2)}")
-        self._actions = actions.reshape(self.num_worlds, self._team, 2)
+        shape = (self.num_envs, *(self.action_space.shape or ()))
+        if actions.shape != shape:
+            raise ValueError(f"actions of shape {actions.shape}: must be {shape}")
+        self._actions = actions.reshape(self.num_worlds, -1, *self._action_shape)
 
     @numerics()
     def step_wait(self) -> tuple[RowObservation, Observation, Bool, list[dict[str, Any]]]:
         """Advances every world by one control step, and into its next episode if it is over.
 
         Returns:
-            Observations of all rows, rewards (W A,), dones (W A,), an info for each row.
+            Observations, rewards and dones of all rows, an info for each.
 
         Raises:
             ValueError: NaN or infinity among the actions.
@@ -150,7 +159,8 @@ class BoatVecEnv(Adapter, VecEnv):
         if self._actions is None:
             raise RuntimeError("step_wait: there are no actions; call step_async first")
         step, self._actions = self.simulation.step(self._actions), None
-        self._return += step.reward
+        reward = step.reward if self._rows > 1 else team_mean(step.reward)[:, None]
+        self._return += reward
         observation, terminated = step.observation, step.ending.terminated
         over = terminated | (self.simulation.state.tick >= self._limit)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
@@ -161,8 +171,8 @@ class BoatVecEnv(Adapter, VecEnv):
             self._limit[over] = self.params.time_limit_ticks
         self._show()
         by_row = self._by_row(observation, slice(None))
-        rewards = step.reward.astype(np.float32).reshape(-1)
-        return by_row, rewards, np.repeat(over, self._team), infos
+        rewards = reward.astype(np.float32).reshape(-1)
+        return by_row, rewards, np.repeat(over, self._rows), infos
 
     def _report_ends(
         self, infos: list[dict[str, Any]], over: Bool, terminated: Bool, observation: Observation
@@ -174,11 +184,10 @@ class BoatVecEnv(Adapter, VecEnv):
         metrics = metrics_of(self.simulation)
         for number, world in enumerate(map(int, worlds)):
             length = int(self.simulation.state.tick[world])
-            for boat, total in enumerate(self._return[world].tolist()):
-                row = world * self._team + boat
-                infos[row] = {
+            for one, total in enumerate(self._return[world].tolist()):
+                infos[world * self._rows + one] = {
                     **of_world(metrics, world),
-                    "terminal_observation": _row(last, number * self._team + boat),
+                    "terminal_observation": _row(last, number * self._rows + one),
                     "TimeLimit.truncated": not terminated[world],
                     "episode": {"r": total, "l": length, "t": elapsed},
                 }
@@ -217,11 +226,11 @@ class BoatVecEnv(Adapter, VecEnv):
 
     def _by_row(self, observation: Observation, worlds: Any) -> RowObservation:
         """Returns the observations (n, A, K) of some worlds, by rows."""
-        by_row = observation.reshape(-1, observation.shape[-1])
+        by_row = observation.reshape(len(observation) * self._rows, -1)
         if not self._with_state:
             return by_row
         state = global_state(rows(self.simulation.state, worlds), self.params)
-        return {"obs": by_row, "state": np.repeat(state, self._team, axis=0)}
+        return {"obs": by_row, "state": np.repeat(state, self._rows, axis=0)}
 
 
 def _row(seen: RowObservation, row: int) -> RowObservation:

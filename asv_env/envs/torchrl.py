@@ -4,18 +4,20 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Box, MultiDiscrete
 
 from asv_env.arguments import checked_seeds
 from asv_env.checks import Whole, choice
 from asv_env.envs.common import Adapter, ResetNeededError, Stage, goal_option, world_seeds
-from asv_env.envs.infos import metrics_of, reward_terms
+from asv_env.envs.infos import metrics_of, reward_terms, team_mean
 from asv_env.envs.limits import limited
 from asv_env.numerics import numerics
+from asv_env.params import DISCRETE_ACTIONS
 from asv_env.presets import Overrides, make_params
 from asv_env.sensing.global_state import global_state, global_state_bound
 from asv_env.simulation import Simulation
 from asv_env.tasks import InitialStates, Task
-from asv_env.types import Bool, Float, TimeStep
+from asv_env.types import Bool, Float, Observation, TimeStep
 
 try:
     import torch
@@ -40,10 +42,15 @@ class TorchRLEnv(Adapter, EnvBase):
 
     Observation: ("asv", "observation") (W, A, K) float32; "state" (W, S) float32, see
     ``global_state``; ("asv", "info", name) (W, A) float32 for the names of ``info``.
-    Action: ("asv", "action") (W, A, 2) float32 in [-1, 1]; finite values outside are clipped.
+    Action: ("asv", "action") (W, A, 2) float32 in [-1, 1]; finite values outside are clipped. With
+    ``action_mode="discrete"`` (W, A) numbers of ``DISCRETE_ACTIONS``.
     Reward: ("asv", "reward") (W, A, 1) float32.
     End: as in ``JointEnv``; "done", "terminated" and "truncated" (W, 1) bool, and the same for
     each boat at ("asv", "done") ... (W, A, 1).
+
+    With ``flat`` one agent drives all boats of a world, and there is no group: "observation"
+    (W, A K), "action" (W, 2 A), or (W, A) if discrete, "reward" (W, 1), the mean of the boats'
+    rewards, and ("info", name) (W,).
 
     Where an episode is over, TorchRL's collectors and rollouts reset its world alone. World w gets
     ``seed + w`` at its next reset, and later episodes continue with its own Generator.
@@ -55,10 +62,10 @@ class TorchRLEnv(Adapter, EnvBase):
         device: device of all tensors. Worlds are simulated on the CPU; tensors for a GPU are
             copied from pinned memory.
         with_state: whether "state" is observed.
+        flat, max_episode_steps: as in ``JointEnv``.
         info: names of metrics and "reward_<term>" that are observed as infos.
         render_mode: None, "rgb_array" or "human", which shows world 0.
         num_threads, initial_states: see ``Simulation``.
-        max_episode_steps: as in ``JointEnv``.
         **options: see ``presets.make_params``.
     """
 
@@ -71,6 +78,7 @@ class TorchRLEnv(Adapter, EnvBase):
         seed: int | None = None,
         device: Any = "cpu",
         with_state: bool = True,
+        flat: bool = False,
         info: Sequence[str] = INFO,
         render_mode: str | None = None,
         num_threads: int | None = None,
@@ -86,46 +94,54 @@ class TorchRLEnv(Adapter, EnvBase):
         self._open(simulation, render_mode)
         self.is_closed = False
         self.num_envs, self._team, self._with_state = num_envs, params.num_boats, with_state
+        self._flat, self._agents = flat, (num_envs,) if flat else (num_envs, params.num_boats)
         known = (*reward_terms(simulation), *metrics_of(simulation))
         self._info = tuple(choice("info", name, known) for name in info)
-        #: {group: names of its agents}
-        self.group_map = {GROUP: [f"{GROUP}_{boat}" for boat in range(self._team)]}
+        names = [f"{GROUP}_{boat}" for boat in range(self._team)]
+        self.group_map = {} if flat else {GROUP: names}  #: {group: names of its agents}
         self._make_specs()
-        self._latest = np.zeros(self._observed.shape, dtype=np.float32)
+        self._latest: Observation = np.empty(0, dtype=np.float32)  # of all worlds
         self._ends = np.zeros((2, num_envs), dtype=np.bool_)  # terminated, truncated
         self._set_seed(seed)
 
     def _make_specs(self) -> None:
         """Sets TorchRL's descriptions of all tensors."""
-        boats, worlds, device = (self.num_envs, self._team), (self.num_envs,), self.device
-        seen, acted = (self._bounded(space) for space in self._boat_spaces(*boats))
-        self._observed, observed = seen, {"observation": seen}
+        agents, device = self._agents, self.device
+        seen, acted = map(self._spec, self._boat_spaces(self._team, flat=self._flat))
+        self._acted = tuple(acted.shape)
+        observed = {"observation": seen}
         if self._info:
-            infos = {name: Unbounded(boats, device=device) for name in self._info}
-            observed["info"] = Composite(infos, shape=boats)
-        observation = {GROUP: Composite(observed, shape=boats)}
+            infos = {name: Unbounded(agents, device=device) for name in self._info}
+            observed["info"] = Composite(infos, shape=agents)
+        observation = self._of_agents(observed)
         if self._with_state:
-            bound = torch.from_numpy(global_state_bound(self._team)).expand(*worlds, -1)
-            observation["state"] = Bounded(-bound, bound, device=device)
+            bound = global_state_bound(self._team)
+            observation["state"] = self._spec(Box(-bound, bound))
+        done = self._of_agents(self._end_specs(*agents))
+        done.update(self._end_specs(self.num_envs))
+        self.observation_spec, self.done_spec = observation, done
+        self.action_spec = self._of_agents({"action": acted})
+        self.reward_spec = self._of_agents({"reward": Unbounded((*agents, 1), device=device)})
 
-        def ends(*batch: int) -> dict[str, Categorical]:
-            flag = Categorical(2, (*batch, 1), dtype=torch.bool, device=device)
-            return {name: flag.clone() for name in ENDS}
+    def _spec(self, space: Any) -> Any:
+        """Returns TorchRL's description of a space of one world, for all worlds."""
+        shape = (self.num_envs, *space.shape)
+        if isinstance(space, MultiDiscrete):
+            return Categorical(len(DISCRETE_ACTIONS), shape, device=self.device)
+        low, high = (torch.from_numpy(bound).expand(shape) for bound in (space.low, space.high))
+        return Bounded(low.clone(), high.clone(), device=self.device)
 
-        def of_boats(**specs: Any) -> Composite:
-            return Composite({GROUP: Composite(specs, shape=boats)}, shape=worlds)
+    def _end_specs(self, *batch: int) -> dict[str, Any]:
+        """Returns TorchRL's descriptions of the flags of an end (..., 1)."""
+        flag = Categorical(2, (*batch, 1), dtype=torch.bool, device=self.device)
+        return {name: flag.clone() for name in ENDS}
 
-        self.observation_spec = Composite(observation, shape=worlds)
-        self.action_spec = of_boats(action=acted)
-        self.reward_spec = of_boats(reward=Unbounded((*boats, 1), device=device))
-        done = of_boats(**ends(*boats))
-        done.update(ends(*worlds))
-        self.done_spec = done
-
-    def _bounded(self, space: Any) -> Bounded:
-        """Returns TorchRL's description of a Box."""
-        low, high = torch.from_numpy(space.low), torch.from_numpy(space.high)
-        return Bounded(low, high, device=self.device)
+    def _of_agents(self, specs: dict[str, Any]) -> Composite:
+        """Returns the description of tensors of the agents, which are a group unless flat."""
+        worlds = (self.num_envs,)
+        if self._flat:
+            return Composite(specs, shape=worlds)
+        return Composite({GROUP: Composite(specs, shape=self._agents)}, shape=worlds)
 
     def _set_seed(self, seed: int | None) -> None:
         """Takes the seeds that the worlds get at their next reset; see ``set_seed``."""
@@ -139,17 +155,17 @@ class TorchRLEnv(Adapter, EnvBase):
     ) -> TensorDictBase:
         """Begins episodes in all worlds, or in those of "_reset" (W, 1); see ``reset``."""
         self._require("reset", Stage.NEW, Stage.RUNNING)
-        goal, given = goal_option(options), self._mask(tensordict, "_reset")
-        mask = given if self._stage is Stage.RUNNING else np.ones_like(given)
+        goal, mask = goal_option(options), self._mask(tensordict, "_reset")
+        if self._stage is Stage.NEW:
+            mask = np.ones_like(mask)
         worlds = np.flatnonzero(mask)
         seeds = [self._seeds[world] for world in worlds]
         observation = self.simulation.reset(mask, seeds, goal)
         for world in worlds:
             self._seeds[world] = None
-        self._latest = self._latest.copy()
-        self._latest[mask] = observation
-        self._ends = self._ends & ~mask
-        self._stage = Stage.RUNNING
+        latest = observation if len(worlds) == self.num_envs else self._latest.copy()
+        latest[mask] = observation
+        self._latest, self._ends, self._stage = latest, self._ends & ~mask, Stage.RUNNING
         self._show()
         return self._tensors()
 
@@ -157,8 +173,12 @@ class TorchRLEnv(Adapter, EnvBase):
     def _step(self, tensordict: TensorDictBase) -> TensorDictBase:
         """Advances all worlds by a control step, or those of "_step" (W, 1); see ``step``."""
         self._require("step", Stage.RUNNING)
+        action = tensordict.get(self.action_key)
+        if tuple(action.shape) != self._acted:
+            raise ValueError(f"action of shape {tuple(action.shape)}: must be {self._acted}")
         over = self._over(tensordict)
-        step = self.simulation.step(tensordict.get((GROUP, "action")).numpy(force=True))
+        by_boat = action.reshape(self.num_envs, self._team, *self._action_shape)
+        step = self.simulation.step(by_boat.numpy(force=True))
         ends = np.stack([step.ending.terminated, step.ending.truncated])
         self._latest, self._ends = step.observation, np.where(over, self._ends, ends)
         self._show()
@@ -193,31 +213,37 @@ class TorchRLEnv(Adapter, EnvBase):
 
     def _tensors(self, step: TimeStep | None = None) -> TensorDict:
         """Returns what the worlds report after a step, or after a reset."""
-        boats, worlds = (self.num_envs, self._team), (self.num_envs,)
         terminated, truncated = self._ends.copy()
         ends = dict(zip(ENDS, (terminated | truncated, terminated, truncated), strict=True))
-        group: dict[str, np.ndarray] = {"observation": self._latest.copy()}
+        own: dict[str, np.ndarray] = {"observation": self._latest.copy().reshape(*self._agents, -1)}
         if step is not None:
-            group["reward"] = step.reward.astype(np.float32)[..., None]
-        of_boats = {name: np.repeat(end[:, None], self._team, 1) for name, end in ends.items()}
-        group |= {name: end[..., None] for name, end in of_boats.items()}
+            own["reward"] = self._of_each(step.reward)[..., None]
+        if not self._flat:
+            boats = (*self._agents, 1)
+            own |= {n: np.repeat(end, self._team).reshape(boats) for n, end in ends.items()}
         root: dict[str, np.ndarray] = {name: end[:, None] for name, end in ends.items()}
         if self._with_state:
             root["state"] = global_state(self.simulation.state, self.params)
-        tensors = self._on_device(root, worlds)
-        tensors[GROUP] = self._on_device(group, boats)
+        tensors, agents = (
+            self._on_device(root, self._agents[:1]),
+            self._on_device(own, self._agents),
+        )
         if self._info:
-            tensors[GROUP, "info"] = self._on_device(self._infos(step), boats)
-        return tensors
+            agents["info"] = self._on_device(self._infos(step), self._agents)
+        return tensors.update(agents) if self._flat else tensors.set(GROUP, agents)
 
     def _infos(self, step: TimeStep | None) -> dict[str, Float]:
-        """Returns the infos (W, A) float32 of every boat."""
+        """Returns the infos of the agents, (W, A) or flat (W,), float32."""
         known = metrics_of(self.simulation)
         if any(name not in known for name in self._info):
             known |= reward_terms(self.simulation, step)
-        boats = (self.num_envs, self._team)
-        columns = {name: known[name].reshape(self.num_envs, -1) for name in self._info}
-        return {n: np.broadcast_to(c, boats).astype(np.float32) for n, c in columns.items()}
+        return {n: self._of_each(known[n].reshape(self.num_envs, -1)) for n in self._info}
+
+    def _of_each(self, values: Float) -> Float:
+        """Returns values (W, A) or (W, 1) as float32 of each boat (W, A), or flat their mean."""
+        if self._flat:
+            return team_mean(values).astype(np.float32)
+        return np.broadcast_to(values, self._agents).astype(np.float32)
 
     def _on_device(self, arrays: Mapping[str, np.ndarray], batch: tuple[int, ...]) -> TensorDict:
         """Returns arrays, which nothing else holds, as tensors with these batch axes."""

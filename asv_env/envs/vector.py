@@ -32,7 +32,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
 
     Observation: (W, A, K) float32; (W, A K) with ``flat``.
     Action: (W, A, 2) float32 in [-1, 1], (W, 2 A) with ``flat``; finite values outside are
-    clipped.
+    clipped. With ``action_mode="discrete"`` (W, A) numbers of ``DISCRETE_ACTIONS``.
     Reward: (W,), the mean of the boats' rewards.
     End: success and leaving the arena terminate, the time limit truncates.
     Info: as in ``JointEnv``, in the format of Gymnasium's vector environments.
@@ -198,7 +198,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
         Adapter.close(self)
 
     def _checked(self, actions: Action) -> Action:
-        """Returns actions (W, A, 2) that are 0 in the worlds whose next episode begins."""
+        """Returns actions by boat, which are 0 in the worlds whose next episode begins."""
         if self._some_over and self.autoreset_mode is AutoresetMode.DISABLED:
             worlds = np.flatnonzero(self._over).tolist()
             raise ResetNeededError(
@@ -210,7 +210,7 @@ class AsvVectorEnv(Adapter, VectorEnv[Observation, Action, np.ndarray]):
             raise ValueError(f"actions of shape {actions.shape}: must be {self._shapes[1]}")
         if self._some_over:
             actions[self._over] = 0.0
-        return actions.reshape(self.num_envs, -1, 2)
+        return actions.reshape(self.num_envs, -1, *self._action_shape)
 
     def _final(self, observation: Observation, blocks: list[Block], over: Bool) -> Infos:
         """Returns the last observations and infos of the worlds whose episodes are over."""

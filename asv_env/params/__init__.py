@@ -1,6 +1,7 @@
 """Every parameter of the environment: frozen dataclasses in SI units, validated when made."""
 
 from asv_env.checks import TINY
+from asv_env.params.discrete_actions import DISCRETE_ACTIONS
 from asv_env.params.env_params import ACTION_MODES, SMALLEST_CAGE, EnvParams, pitches
 from asv_env.params.hull_params import (
     NOMINAL_LENGTH,
@@ -14,7 +15,7 @@ from asv_env.params.surroundings import ClockParams, SensorParams, VariationPara
 from asv_env.params.task_params import GOAL_ANCHORS, SIDES, RewardParams, TaskParams
 
 __all__ = [
-    "ACTION_MODES", "GOAL_ANCHORS", "NOMINAL_LENGTH", "SIDES", "SMALLEST_CAGE",
+    "ACTION_MODES", "DISCRETE_ACTIONS", "GOAL_ANCHORS", "NOMINAL_LENGTH", "SIDES", "SMALLEST_CAGE",
     "THRUST_LAWS", "TINY",
     "BoatParams", "Circle", "ClockParams", "EnvParams", "HullParams", "Polygon", "RewardParams",
     "Segment", "SensorParams", "TaskParams", "VariationParams", "VesselParams",

@@ -14,7 +14,7 @@ from asv_env.params.surroundings import ClockParams, SensorParams, VariationPara
 from asv_env.params.task_params import RewardParams, TaskParams
 from asv_env.text import shown
 
-ACTION_MODES = ("tracking", "thrusters")
+ACTION_MODES = ("tracking", "thrusters", "discrete")
 SMALLEST_CAGE = 4  #: smallest team whose first and last boats cage the ends of the vessel
 MOST_LENGTHS = {"hull": 100.0, "walls": 1e4, "arena": 1e6}
 """Largest sizes in vessel lengths, which are the cells in which contacts are looked for."""
@@ -47,7 +47,7 @@ class EnvParams:
 
     definition: Any  #: the ``asv_env.tasks.Task``: initial states, reward, termination, metrics
     num_boats: Annotated[int, Whole(2, LARGEST_TEAM)] = 4
-    #: "tracking": speed and yaw rate; or "thrusters"
+    #: "tracking": speed and yaw rate; "thrusters"; or "discrete", see ``DISCRETE_ACTIONS``
     action_mode: Annotated[str, Name(ACTION_MODES)] = "tracking"
     # Names of features, or features of one's own, see ``asv_env.sensing.observation``; None: all.
     observation: tuple[Any, ...] | None = None

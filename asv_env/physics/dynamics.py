@@ -59,7 +59,7 @@ class Dynamics:
             gust=self._gusts.velocity,
             cover=cover(params),
             dt=params.clock.dt,
-            tracking=params.action_mode == "tracking",
+            tracking=params.action_mode != "thrusters",
         )
         self._bound = bound((self.plant, self.basin.bodies, self.basin.wires))
         self._still = np.zeros(num_worlds, dtype=np.complex128)

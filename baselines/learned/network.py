@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from asv_env.checks import check_numbers, check_whole, choice
-from asv_env.params import ACTION_MODES, EnvParams
+from asv_env.params import EnvParams
 from asv_env.sensing import observation
 from asv_env.sensing.observation import DEFAULT, VERSION, Feature
 from asv_env.tasks import TASKS
@@ -42,7 +42,7 @@ class Metadata:
     observation_version: int = VERSION  #: version of the observation when it was trained
 
     def __post_init__(self) -> None:
-        choice("action_mode", self.action_mode, ACTION_MODES)
+        choice("action_mode", self.action_mode, ("tracking", "thrusters"))
         choice("activation", self.activation, ACTIVATIONS)
         check_whole(self, "action_repeat", 1)
         check_numbers(self, "residual", 0.0, 1.0)

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from asv_env.checks import choice
 from asv_env.geometry import mirrored
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tasks.formation import Relations, relate
@@ -72,6 +73,9 @@ class PaperPolicy:
         params: of the environment.
         gains: the free parameters, by default as printed.
         assignment: of the targets to the boats, called at every tick.
+
+    Raises:
+        ValueError: the environment takes discrete actions.
     """
 
     def __init__(
@@ -80,6 +84,7 @@ class PaperPolicy:
         gains: PaperGains = GAINS,
         assignment: Assignment = nearest,
     ) -> None:
+        choice("action_mode of a policy", params.action_mode, ARRIVAL_TIME)
         self._params, self._gains, self._assignment = params, gains, assignment
         self._arrival_time = arrival_time(params, gains)
         self._commands = WheelCommands(params, gains.steering)

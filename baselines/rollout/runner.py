@@ -42,7 +42,15 @@ def run(
         num_envs: worlds side by side.
         label: names of policy and condition, for the rows.
         record: whether logs carry trajectories.
+
+    Raises:
+        ValueError: the environment takes discrete actions, which no policy gives.
     """
+    if params.action_mode == "discrete":
+        raise ValueError(
+            "action_mode = 'discrete': policies give tracking actions, those of discrete learners "
+            "too; leave action_mode out"
+        )
     left, recorder = dict.fromkeys(seeds), partial(_Recorder, params, label, record)
 
     def episodes_of(seeds: Sequence[int], worlds: int) -> Iterator[PoseLog]:
