@@ -1,10 +1,10 @@
 """The numbers that a boat sees: those of itself and its task, and those of an item of each set.
 
-Vectors are in the frame of the boat's contact point, whose x-axis is the direction in which the boat
-is to point there, unless they say otherwise. So nothing depends on the world's frame, on which end
-of the hull is its bow, or on where the boat points now, which is seen once. Lengths are those of
-the nominal world. Each number is divided by a unit and clipped; what must be met to the centimetre
-appears a second time, magnified.
+Vectors are in the frame of the boat's contact point, whose x-axis is the direction in which the
+boat is to point there, unless they say otherwise. So nothing depends on the world's frame, on which
+end of the hull is its bow, or on where the boat points now, which is seen once. Lengths are those
+of the nominal world. Each number is divided by a unit and clipped; what must be met to the
+centimetre appears a second time, magnified.
 """
 
 from collections.abc import Iterable, Mapping
