@@ -43,11 +43,11 @@ def box_clearance(poses, rows):
     return (np.hypot(beside, beyond) - rows[:, 4]).min(axis=1)
 
 
-def plans(planner, goal, rows):
+def plans(planner, goal, rows, slides=True):
     goal = np.atleast_2d(goal)
     free = OPEN_WATER.plan(goal[:, 0] + 1j * goal[:, 1], goal[:, 2])
     rows = np.broadcast_to(rows, (len(goal), *rows.shape[-2:]))
-    return planner.plan(np.zeros_like(goal), goal, rows, free), free
+    return planner.plan(np.zeros_like(goal), goal, rows, free, np.full(len(goal), slides)), free
 
 
 def is_clear_at(pose, rows):
@@ -56,7 +56,7 @@ def is_clear_at(pose, rows):
 
 def poses_along(plan, world=0):
     """Poses of the vessel as this side's team drives it, and its path."""
-    path, other, _ = plan
+    path, other, *_ = plan
     start = path.start[world] + [0.0, 0.0, np.pi * other[world]]
     path = ArcPath(start, path.curvature[world], path.length[world])
     return path.pose_at(np.linspace(0.0, path.total_length, 300)), path
@@ -126,6 +126,32 @@ def test_a_goal_ahead_of_the_other_side_is_pushed_to_from_there():
     assert plan.other[0]
     staying, _ = plans(STAYING, goal, wall)
     assert not staying.other[0]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_vessel_behind_the_end_of_a_pier_is_slid_past_it(side):
+    """There is no room for a turn, nor straight ahead."""
+    goal, pier = np.array([0.0, -2.4, 0.0]), np.array([side * 3.0, -0.2, side * 0.1, -0.2, 0.02])
+    plan, _ = plans(STAYING, goal, pier[None])
+    assert plan.slides[0]
+    start = plan.path.start[0]
+    assert start[0] * side < 0.0
+    np.testing.assert_array_equal(start[1:], 0.0)
+    np.testing.assert_allclose(poses_along(plan)[1].end, goal, atol=1e-6)
+    stays, _ = plans(STAYING, goal, pier[None], slides=False)
+    assert not stays.slides[0]
+    np.testing.assert_array_equal(stays.path.start[0], 0.0)
+
+
+def test_a_vessel_without_room_for_a_turn_goes_straight_ahead_first():
+    """Between two walls, beyond which is the goal."""
+    goal = np.array([1.5, -2.0, 0.5])
+    walls = np.array([[x, -0.2, x, 0.6, 0.02] for x in (-ALONG - 0.04, ALONG + 0.04)])
+    plan, _ = plans(STAYING, goal, walls)
+    assert plan.path.length[0, 0] > 0.0
+    assert plan.path.curvature[0, 0] == 0.0
+    assert not plan.slides[0]
+    np.testing.assert_allclose(poses_along(plan)[1].end, goal, atol=1e-6)
 
 
 @given(places, places, angles, st.floats(0.1, 0.6))

@@ -10,11 +10,20 @@ from hypothesis import strategies as st
 
 from asv_env import make_params
 from asv_env.geometry import wrap
+from asv_env.params.obstacle_params import Circle
 from asv_env.tasks.formation import relate
 from baselines.paper.arcs import ArcPath
 from baselines.scripted import PathGains, PathPlanner, PushGains, Tolerances
+from baselines.scripted.clear_planner import ClearPlanner
+from baselines.scripted.gains import GraspGains
 from baselines.scripted.observer import VesselMemory
-from baselines.scripted.path_following import OFF_PATH, PAST_GOAL, PathFollower, PathMemory
+from baselines.scripted.path_following import (
+    OFF_PATH,
+    PAST_GOAL,
+    PATIENCE,
+    PathFollower,
+    PathMemory,
+)
 
 
 @functools.cache
@@ -117,3 +126,25 @@ def test_a_vessel_that_misses_its_goal_gets_a_new_path(along, across, missed):
     expected = there.measured[:, 0, :3] if missed else start
     np.testing.assert_allclose(memory.start, expected, atol=1e-9)
     np.testing.assert_allclose(path_of(memory).end[0, :2], params.task.goal[:2], atol=1e-9)
+
+
+def test_a_vessel_that_does_not_move_among_obstacles_is_let_go_of():
+    """After ``PATIENCE``, which begins again when it moves; in open water never."""
+    params = make_params("push", obstacles=[Circle((3.0, 3.0), 0.1)])
+    among = ClearPlanner(params, PathGains(), GraspGains(), may_switch=True)
+    gains = PushGains(), Tolerances()
+    followers = (
+        PathFollower(params, planner_of(params), *gains, among),
+        follower_of(make_params("push")),
+    )
+    sensed = known_at_start(params, [0, 1])
+    never, moves = np.zeros(2, dtype=bool), np.array([True, False])
+    ticks = round(PATIENCE * params.clock.control)
+    for follower, jams in zip(followers, ([False, True], [False, False]), strict=True):
+        memory = PathMemory.empty(2)
+        for tick in range(ticks + 2):
+            relations = relate(sensed.measured, sensed.goal, sensed.slot, sensed.side)
+            relations.position[moves] += 0.01 * tick
+            follower.watch(relations, memory, never if tick else ~never)
+            assert not memory.lets_go.any() or tick >= ticks
+        np.testing.assert_array_equal(memory.lets_go, jams)

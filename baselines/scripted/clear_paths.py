@@ -28,8 +28,13 @@ from baselines.scripted.legs import (
     write,
 )
 
-SEGMENTS = 7  #: number of segments of a path: three of each leg, and the last straight
+SEGMENTS = 8
+"""Number of segments of a path: a straight that leads out of where no leg begins, three of each
+leg, and the last straight."""
+FIRST, SECOND = 1, 4  #: segments at which the legs begin
 HEADINGS = 8  #: number of headings of a pose of the grid
+BESIDE = (-1j, -1.0 + 0.0j, 1.0 + 0.0j)  #: directions ahead, and along the vessel either way
+STEPS = 10  #: number of distances by which the vessel may be moved before its path begins
 SIDES = 2  #: this side of the vessel, and the other
 UNKNOWN, BLOCKED = -2, -1  #: words of first legs that were not looked for yet, or do not exist
 
@@ -103,6 +108,14 @@ def gathering_room(position: complex, heading: float, scene: Scene) -> bool:
 
 
 @allocating
+def gathers_at(pose: Float, obstacle: Float, team: Team, terms: Terms) -> tuple[bool, bool]:
+    """Returns whether there is room for a team that gathers on this side, and on the other."""
+    scene = Scene(team, obstacle, terms, np.empty((len(team.driving.corners), 2)))
+    at = complex(pose[0], pose[1])
+    return gathering_room(at, pose[2], scene), gathering_room(at, pose[2] + math.pi, scene)
+
+
+@allocating
 def endings(goal: Float, scene: Scene) -> Ends:
     """Returns where the last straights to a goal pose (3,) begin, without the room of turns."""
     straights = scene.terms.straights
@@ -161,7 +174,7 @@ def look_for_one_leg(trip: Trip, ends: Ends, scene: Scene, found: Found) -> None
         )  # fmt: skip
         if leg.word >= 0:
             take(trip, scene.terms.straights[s], fixed + leg.cost, False, found)
-            write(found.path, 0, trip.start, trip.heading, end, last, trip.radius, leg.word)
+            write(found.path, FIRST, trip.start, trip.heading, end, last, trip.radius, leg.word)
 
 
 @allocating
@@ -213,9 +226,9 @@ def look_for_two_legs(
                     continue
                 straight = 0.0 if change else scene.terms.straights[s]
                 take(trip, straight, fixed + cost[n] + second.cost, change == 1, found)
-                write(found.path, 0, trip.start, trip.heading, at, course, radius, word[n])
+                write(found.path, FIRST, trip.start, trip.heading, at, course, radius, word[n])
                 if not change:
-                    write(found.path, 3, at, course, end, last, radius, second.word)
+                    write(found.path, SECOND, at, course, end, last, radius, second.word)
 
 
 @allocating
@@ -269,4 +282,26 @@ def path_clearance(pose: Float, path: Float, obstacle: Float, team: Team, terms:
         if length > 0.0:
             found = min(found, clearance_along(at, heading, curvature, length, scene))
             at, heading = driven(at, heading, curvature, length), heading + curvature * length
+    return found
+
+
+@allocating
+def clearances_beside(pose: Float, obstacle: Float, team: Team, terms: Terms, step: float) -> Float:
+    """Returns the clearances (3, n) of a vessel that was moved by 1, 2 ... ``step``, m.
+
+    The rows are those of moves ahead, and along the vessel backwards and forwards. They are -inf
+    where the vessel gets nearer to an obstacle than it is, and nearer than ``terms`` ask for on
+    straights.
+    """
+    scene = Scene(team, obstacle, terms, np.empty((len(team.driving.corners), 2)))
+    at, along = complex(pose[0], pose[1]), complex(math.cos(pose[2]), math.sin(pose[2]))
+    begins = clearance_at(at, pose[2], team.driving, scene, terms.wanted)
+    found = np.full((len(BESIDE), STEPS), -np.inf)
+    for k in range(len(BESIDE)):
+        for n in range(STEPS):
+            there = at + BESIDE[k] * (n + 1) * step * along
+            clear = clearance_at(there, pose[2], team.driving, scene, terms.wanted)
+            if clear < min(begins, terms.least_straight):
+                break
+            found[k, n] = clear
     return found

@@ -2,7 +2,8 @@
 
 Where the path that would be taken in open water is clear it is kept. Else the cheapest clear path
 is looked for, see ``clear_paths``: the team can push the vessel on to a place where it lets go,
-goes round to the other side, and pushes it from there.
+goes round to the other side, and pushes it from there. Where no clear path begins, the nearest
+places ahead of the vessel and along its length are tried, to which it can be driven or slid first.
 """
 
 from typing import NamedTuple
@@ -13,14 +14,34 @@ from asv_env.params import EnvParams
 from asv_env.tasks.layouts import team_reach
 from asv_env.types import Bool, Complex, Float
 from baselines.paper.arcs import ArcPath
-from baselines.scripted.clear_paths import SEGMENTS, path_clearance, search
+from baselines.scripted.clear_paths import (
+    BESIDE,
+    SEGMENTS,
+    clearances_beside,
+    gathers_at,
+    path_clearance,
+    search,
+)
 from baselines.scripted.gains import GraspGains, PathGains
 from baselines.scripted.legs import Outline, Team, Terms
 
 EASED = (1.0, 0.6, 0.3)  #: factors on the least clearances that are tried one after the other
 SPACING = 0.6  #: spacing of the grid on which legs meet, vessel lengths
+STEP = 0.5  #: steps in which a begin is looked for beside the vessel, spacings of the grid
+SLIDE_COST = 5.0  #: further cost of slides per length: they are slow
 MARGIN = 2.0  #: how far that grid reaches beyond start and goal, vessel lengths
-LAST_STRAIGHT = 1.0  #: longest last straight, vessel lengths: as long as the piers of a dock
+LAST_STRAIGHT = 1.75
+"""Longest last straight, vessel lengths: on it the vessel recovers from the turn before it gets
+between the piers of a dock, which are one length long."""
+
+
+class Search(NamedTuple):
+    """What was found for one vessel."""
+
+    path: Float  #: (SEGMENTS, 2) curvatures, 1/m, and lengths, m
+    other: bool  #: whether it begins on the other side
+    switches: bool  #: whether the team has to switch at its end
+    cost: float  #: as path length, m
 
 
 class Plans(NamedTuple):
@@ -29,6 +50,7 @@ class Plans(NamedTuple):
     path: ArcPath  #: (W,) paths of ``SEGMENTS`` segments
     other: Bool  #: (W,) whether the team has to switch at once, before it pushes
     switches: Bool  #: (W,) whether it has to switch at the end of the path
+    slides: Bool  #: (W,) whether the vessel has to be slid along its length to where they begin
 
 
 class ClearPlanner:
@@ -53,39 +75,76 @@ class ClearPlanner:
             gains.switch_cost * length if may_switch else np.inf,
         )
 
-    def plan(self, pose: Float, goal: Float, obstacle: Float, open_water: ArcPath) -> Plans:
+    def plan(
+        self, pose: Float, goal: Float, obstacle: Float, open_water: ArcPath, can_slide: Bool
+    ) -> Plans:
         """Returns paths of vessels at poses (W, 3) to goals (W, 3) among obstacles (W, M, 5).
 
-        Where no clear path is found it is that of ``open_water``, which has up to ``SEGMENTS``
-        segments.
+        Where no clear path begins, but one begins beside the vessel, teams that ``can_slide`` (W,)
+        slide it there first. Where there is none either the path is that of ``open_water``, which
+        has up to ``SEGMENTS`` segments.
         """
         worlds = len(pose)
         missing = ((0, 0), (0, SEGMENTS - open_water.length.shape[1]))
         curvature = np.pad(open_water.curvature, missing)
         length = np.pad(open_water.length, missing)
-        other, switches = np.zeros(worlds, bool), np.zeros(worlds, bool)
+        start, (other, switches, slides) = pose.copy(), np.zeros((3, worlds), bool)
         team = self._team
         for w in range(worlds):
             rows = np.stack([curvature[w], length[w]], axis=-1)
             if path_clearance(pose[w], rows, obstacle[w], team, self._terms) >= 0.0:
                 continue
             found = self._found(pose[w], goal[w], obstacle[w], (0.0, team.switch_cost))
+            if found is None:
+                start[w], found = self._beside(pose[w], goal[w], obstacle[w], bool(can_slide[w]))
+                slides[w] = (start[w] != pose[w]).any()
             if found is not None:
-                path, other[w], switches[w] = found
-                curvature[w], length[w] = path.T
-        return Plans(ArcPath(pose, curvature, length), other, switches)
+                curvature[w], length[w] = found.path.T
+                other[w], switches[w] = found.other, found.switches
+        return Plans(ArcPath(start, curvature, length), other, switches, slides)
+
+    def _beside(
+        self, pose: Float, goal: Float, obstacle: Float, slides: bool
+    ) -> tuple[Float, Search | None]:
+        """Returns the cheapest way out of where no path begins: its start (3,), and what it is.
+
+        Of the poses ahead, and along the vessel if it ``slides``, the nearest of each kind from
+        which there is a path are compared.
+        """
+        step, terms, least = STEP * self._terms.spacing, self._terms, EASED[-1]
+        eased = terms._replace(least_straight=least * terms.least_straight)
+        clear = clearances_beside(pose, obstacle, self._team, eased, step)
+        start, best = pose, None
+        for k in range(len(BESIDE) if slides else 1):
+            for n in np.flatnonzero(clear[k] >= least * terms.least_turning):
+                move = (n + 1) * step
+                way = BESIDE[k] * move * np.exp(1j * pose[2])
+                there = pose + np.array([way.real, way.imag, 0.0])
+                found = self._found(there, goal, obstacle, (0.0, np.inf))
+                if found is None:
+                    continue
+                found.path[0, 1] = 0.0 if k else move
+                cost = found.cost + move * (1 + SLIDE_COST * (k > 0))
+                if best is None or cost < best.cost:
+                    start, best = there if k else pose, found._replace(cost=cost)
+                break
+        return start, best
 
     def sides(self, pose: Float, goal: Float, obstacle: Float) -> Bool:
         """Returns whether teams that are on neither side yet should begin on the other one (W,)."""
         other = np.zeros(len(pose), dtype=bool)
         for w in range(len(pose)):
             found = self._found(pose[w], goal[w], obstacle[w], (0.0, 0.0))
-            other[w] = found is not None and found[1]
+            if found is None:  # The team has to begin where it can.
+                this, that = gathers_at(pose[w], obstacle[w], self._team, self._terms)
+                other[w] = that and not this
+            else:
+                other[w] = found.other
         return other
 
     def _found(
         self, pose: Float, goal: Float, obstacle: Float, sides: tuple[float, float]
-    ) -> tuple[Float, bool, bool] | None:
+    ) -> Search | None:
         """Returns what ``search`` finds, or None.
 
         Less clearance than is asked for is accepted where there is no path with more, or where it
@@ -104,8 +163,8 @@ class ClearPlanner:
             path, other, switches, cost = search(pose, goal, obstacle, team, eased, begins)
             cost += k * self._ease_cost
             if cost < cheapest:
-                found, cheapest = (path, bool(other), switches), cost
-            if found is not None and not found[2] and (not found[1] or sides[1] == 0):
+                found, cheapest = Search(path, bool(other), bool(switches), cost), cost
+            if found is not None and not found.switches and (not found.other or sides[1] == 0):
                 break
         return found
 

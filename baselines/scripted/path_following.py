@@ -3,7 +3,8 @@
 The path is planned as the vessel sees the water. A current carries vessel and path alike, and the
 path is laid so that it has been carried to the goal when the vessel comes to its end. There the
 team holds it against the water, where the task wants it held. A vessel that leaves its path or
-passes its goal gets a new path.
+passes its goal gets a new path. One that obstacles keep from moving is let go of, and one beside
+which a clear path begins is slid there along its length before it is let go of.
 """
 
 from dataclasses import dataclass, replace
@@ -11,7 +12,7 @@ from typing import Self
 
 import numpy as np
 
-from asv_env.geometry import direction, wrap
+from asv_env.geometry import direction, wrap, xy
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.tasks.formation import Relations
 from asv_env.types import Bool, Complex, Float, zeros
@@ -27,6 +28,10 @@ from baselines.scripted.planner import SEGMENTS, PathPlanner
 MAX_CROSS_TRACK = 0.2  #: saturation of the cross-track error, vessel lengths
 MAX_HEADING_ERROR = 0.7  #: saturation of the heading error, rad
 OFF_PATH = 0.75  #: cross-track error at which a new path is planned, vessel lengths
+PATIENCE = 10.0  #: time after which a vessel among obstacles that does not move is let go of, s
+STILL = 0.05  #: distance within which it does not move, vessel lengths
+STILL_HEADING = 0.1  #: turn within which it does not move, rad
+SLID = 0.05  #: cross-track error at which a vessel has been slid to its path, vessel lengths
 PAST_GOAL = 0.15
 """Path length beyond the goal at which a new path is planned, vessel lengths: a little more than
 the tolerance, within which the vessel may still come to rest."""
@@ -52,12 +57,16 @@ class PathMemory:
     halts: Bool  #: (W,) whether the path ends where the team has to switch to the other side
     switch: Bool  #: (W,) whether the team has to switch to the other side now
     held: Float  #: (W,) to which share the vessel is held over ground
+    slides: Bool  #: (W,) whether the vessel is slid along its length to where the path begins
+    lets_go: Bool  #: (W,) whether the team has to grasp the vessel again
+    mark: Float  #: (W, 3) pose from which the vessel has hardly moved; m, m, rad
+    still: Float  #: (W,) time for which it has not, s
 
     @classmethod
     def empty(cls, worlds: int, among_obstacles: bool = False) -> Self:
         """Returns memory to be filled by ``PathFollower.plan``."""
         segments = worlds, clear_paths.SEGMENTS if among_obstacles else SEGMENTS
-        return zeros(cls, (worlds, 3), segments, segments, *[(worlds,)] * 7)
+        return zeros(cls, (worlds, 3), segments, segments, *[(worlds,)] * 9, (worlds, 3), (worlds,))
 
 
 class PathFollower:
@@ -72,7 +81,7 @@ class PathFollower:
         among: ClearPlanner | None = None,
     ) -> None:
         vessel, _ = params.hulls()
-        self._among = among
+        self._among, self._dt = among, 1.0 / params.clock.control
         self._vessel, self._planner, self._gains = vessel, planner, gains
         self._holds = params.task.delivery == "holding"
         self._caged = PreviewLqr(vessel, tolerances)
@@ -86,10 +95,12 @@ class PathFollower:
         memory: PathMemory,
         which: Bool,
         obstacle: Float | None = None,
+        can_slide: Bool | None = None,
     ) -> None:
         """Plans paths from where the vessels are, in the worlds ``which`` (W,), into ``memory``.
 
-        They keep clear of obstacles (W, M, 5). In moving water without any the team switches to the
+        They keep clear of obstacles (W, M, 5), for which teams that ``can_slide`` (W,) may slide
+        the vessel along its length first. In moving water without any the team switches to the
         other side where a path from there is faster, with the time for going round.
         """
         if not which.any():
@@ -104,8 +115,10 @@ class PathFollower:
         if self._among is not None and obstacle is not None:
             end = position + goal * heading
             aim = np.stack([end.real, end.imag, np.angle(heading) + turn], axis=-1)
-            plans = self._among.plan(pose, aim, obstacle[which], path)
-            path, memory.switch[which], memory.halts[which] = plans
+            slide = np.zeros(len(path.length), bool) if can_slide is None else can_slide[which]
+            plans = self._among.plan(pose, aim, obstacle[which], path, slide)
+            path, memory.switch[which], memory.halts[which], memory.slides[which] = plans
+            pose = path.start
             memory.cruise[which] = self._planner.cruise(path)
         elif self._holds:
             *_, other = self._planned(goal.conj(), -turn, water.conj(), mean.conj())
@@ -114,6 +127,21 @@ class PathFollower:
         memory.start[which] = pose
         memory.curvature[which], memory.length[which] = path.curvature, path.length
         memory.progress[which], memory.replan[which] = 0.0, False
+
+    def watch(self, relations: Relations, memory: PathMemory, begins: Bool) -> None:
+        """Lets go of vessels that obstacles keep from moving, so that their paths are replaced.
+
+        The time counts from where a push ``begins`` (W,). ``memory`` is updated.
+        """
+        if self._among is None:
+            return
+        position, heading = relations.position[:, 0], np.angle(relations.heading[:, 0])
+        moved = np.hypot(*(xy(position) - memory.mark[:, :2]).T) > STILL * self._vessel.size
+        moved |= np.abs(wrap(heading - memory.mark[:, 2])) > STILL_HEADING
+        moved |= begins | memory.released
+        memory.mark[moved] = np.stack([position.real, position.imag, heading], axis=-1)[moved]
+        memory.still = np.where(moved, 0.0, memory.still + self._dt)
+        memory.lets_go |= memory.still > PATIENCE
 
     def _planned(
         self, goal: Complex, turn: Float, water: Complex, mean: Complex
@@ -157,6 +185,7 @@ class PathFollower:
         tracked = self.track(relations, vessel, speed, run_out, memory)
         cross_track, turned, remaining, curvature = tracked
         held = self._held(drift, self._time(remaining, run_out)) * ~memory.halts
+        held = np.where(memory.slides, 1.0, held)
         memory.held = held
         stream = held * water.real
         limit = MAX_CROSS_TRACK * self._vessel.size
@@ -170,7 +199,9 @@ class PathFollower:
         along -= drag(self._vessel.surge, stream)
         slows = np.where(memory.halts, np.inf, remaining + run_out)
         forward = self._planner.force(slows, speed, self._gains.speed_gain, memory.cruise)
-        wanted = HOLD_GAIN * remaining + water.imag
+        # A vessel that is slid is held where its path begins.
+        to_go = remaining - np.where(memory.slides, memory.length.sum(axis=1), 0.0)
+        wanted = HOLD_GAIN * to_go + water.imag
         firmness = HOLD_FIRMNESS * self._vessel.masses[1]
         holding = drag(self._vessel.sway, wanted) + firmness * (wanted - speed)
         forward = (1 - held) * forward + held * holding
@@ -200,9 +231,11 @@ class PathFollower:
         offset = relations.position[:, 0] + carried - (reference[:, 0] + 1j * reference[:, 1])
         offset = offset * direction(-reference[:, 2])
         reached = memory.progress - offset.imag
-        memory.progress = np.clip(reached, 0.0, total)
+        slid = memory.slides & (np.abs(offset.real) < SLID * length)
+        memory.slides, memory.lets_go = memory.slides & ~slid, slid
+        memory.progress = np.where(memory.slides, 0.0, np.clip(reached, 0.0, total))
         heading = path.pose_at(memory.progress)[:, 2]
-        off_path = np.abs(offset.real) > OFF_PATH * length
+        off_path = (np.abs(offset.real) > OFF_PATH * length) & ~memory.slides
         memory.replan = off_path | (reached - total > PAST_GOAL * length)
         if memory.halts.any():
             coasts = coasting_distance(self._vessel, np.maximum(speed, 0.0))

@@ -74,11 +74,12 @@ class PushController:
         memory.released = self._settling.update(relations, vessel, memory.released)
         memory.replan &= ~memory.released
         plans = begins | memory.replan
-        self._follower.plan(relations, vessel, memory, plans, sensed.obstacle)
         brake = self._holding.brake(sensed.working, ends)
+        self._follower.plan(relations, vessel, memory, plans, sensed.obstacle, brake > 0)
         here, there = self._holding.loses(relations, vessel.drift, brake)
         memory.switch = here | (memory.switch & ~there)
         forward, along, moment = self._follower.wrench(relations, vessel, caged, memory)
+        self._follower.watch(relations, memory, begins)
         places = self.places(sensed.slot, pushing, sensed.side)
         reserve, least = gains.moment_reserve * self._drag, gains.contact_force * self._drag
         # Boats that hold the vessel between its ends turn it, and the others need not.
@@ -102,7 +103,10 @@ class PushController:
             holding = np.where(at_end, gripping, stemming)
             speed, offset = (1 - held) * moving + held * holding
         turn = direction(offset - np.pi / 2) * relations.heading[:, :1] / relations.heading[:, 1:]
-        yaw_rate = yaw_rate + self._helm.turn(np.arctan2(turn.imag, turn.real))
+        error = np.arctan2(turn.imag, turn.real)
+        slides = memory.slides[:, None]  # Boats that turn must not leave the ends meanwhile.
+        speed = np.where(slides, speed * np.maximum(np.cos(error), 0.0), speed)
+        yaw_rate = yaw_rate + self._helm.turn(error)
         free = memory.released
         vessel.force[free], vessel.moment[free] = 0.0, 0.0
         off = self._settling.stand_off(relations, hull, ends, sensed.side)

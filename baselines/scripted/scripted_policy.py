@@ -118,9 +118,10 @@ class ScriptedPolicy:
         near = (relations.slot_error < self._lost) | ~sensed.working | ~sensed.seen[:, 1:]
         near |= held[:, None] & (relations.slot_error < 2 * self._lost)
         blocked = self._grasp.blocked(sensed, memory.grasp)
-        pushes_on = (memory.pushing | blocked) & ~fresh & ~switch & near.all(axis=1)
+        lets_go = memory.path.lets_go & memory.pushing & ~fresh
+        pushes_on = (memory.pushing | blocked) & ~(fresh | switch | lets_go) & near.all(axis=1)
         pushing = (sensed.closed | pushes_on) & self._has_goal
-        begins = fresh | (pushing != memory.pushing)
+        begins = fresh | lets_go | (pushing != memory.pushing)
         memory.pushing = pushing
         command = np.zeros((*sensed.slot.shape, 2))
         approach, push = (self._grasp, memory.grasp, ~pushing), (self._push, memory.path, pushing)
