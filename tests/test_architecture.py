@@ -102,7 +102,8 @@ ONLY_IN = {
         "train/sb3/",
     },
     "ray": {"train/rllib/"},
-    "torchrl": {"asv_env/envs/torchrl.py"},
+    "torchrl": {"asv_env/envs/torchrl.py", "asv_env/envs/benchmarl/"},
+    "benchmarl": {"asv_env/envs/benchmarl/"},
     "torch": {
         "asv_env/envs/sb3.py",
         "asv_env/envs/torchrl.py",
