@@ -12,6 +12,7 @@ from asv_env.presets import make_params
 from asv_env.sensing import observation
 from asv_env.simulation import Simulation
 from asv_env.tasks import starts
+from baselines.rollout import runner
 
 NO_DRAG = {"surge": (0.0, 0.0), "sway": (0.0, 0.0), "yaw": (0.0, 0.0)}
 NO_VESSEL_DRAG = {**NO_DRAG, "fins": 0.0}
@@ -212,6 +213,16 @@ def same(one, other):
             return all(map(same, one.flat, other.flat))
         return one.tobytes() == other.tobytes() or np.array_equal(one, other, equal_nan=True)
     return one == other or (one != one and other != other)
+
+
+def successes(policy, params, episodes, enough):
+    """Number of successes in episodes side by side, which end as soon as there are enough."""
+    done = 0
+    for log in runner.run(policy, params, range(episodes), episodes):
+        done += log.episode.success
+        if done == enough:
+            break
+    return done
 
 
 def play(sim, ticks, seed=0):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers import successes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
@@ -16,7 +17,6 @@ from baselines.allocation.contact_points import columns, gyration, pairs
 from baselines.allocation.direct_path import Course
 from baselines.allocation.manoeuvres import DRIVE, REST, SLIDE, TURN, ManoeuvreMemory, Manoeuvres
 from baselines.allocation.pushes import Pushes
-from baselines.rollout import runner
 from baselines.scripted.settling import coasted
 
 PARAMS = make_params("push", 2)
@@ -153,12 +153,10 @@ def test_boats_that_cannot_pull_do_not_brake():
 
 def test_two_boats_deliver_to_goals_all_over_the_plane():
     params = make_params("transport", 2, "noisy")
-    logs = list(runner.run(AllocationPolicy, params, range(8), 8))
-    assert sum(log.episode.success for log in logs) >= 6
+    assert successes(AllocationPolicy, params, 8, enough=6) == 6
 
 
 def test_a_team_of_four_that_loses_two_boats_continues_by_manoeuvres():
     failing = {"failures": 2, "failure_time": (0.0, 5.0)}
     params = make_params("transport", 4, variation=failing)
-    logs = list(runner.run(AllocationPolicy, params, range(6), 6))
-    assert sum(log.episode.success for log in logs) >= 3
+    assert successes(AllocationPolicy, params, 6, enough=3) == 3

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers import successes
 from scipy.stats import binom
 
 from asv_env import Simulation, make_params
@@ -60,10 +61,9 @@ def test_is_precise_under_noise_in_the_papers_experiment():
 )
 def test_delivers_to_goals_all_over_the_plane(scenario, num_boats, delivery, success):
     """At the share ``success`` so many failures have a probability above 5 %."""
-    episodes = 10
-    done = rows(make_params("transport", num_boats, scenario, delivery=delivery), episodes)
-    failures = episodes - sum(row.success for row in done)
-    assert failures <= binom.ppf(0.95, episodes, 1.0 - success)
+    params, episodes = make_params("transport", num_boats, scenario, delivery=delivery), 10
+    enough = episodes - binom.ppf(0.95, episodes, 1.0 - success)
+    assert successes(ScriptedPolicy, params, episodes, enough) == enough
 
 
 def test_the_mirror_image_of_a_push_is_the_push_from_the_other_side():
@@ -96,8 +96,7 @@ def test_the_policy_leaves_what_it_is_given_alone():
 
 @pytest.mark.parametrize("num_boats", [2, 3, 10])
 def test_teams_of_other_sizes_grasp_the_vessel(num_boats):
-    done = rows(make_params("approach", num_boats), 10)
-    assert sum(row.success for row in done) >= 8
+    assert successes(ScriptedPolicy, make_params("approach", num_boats), 10, enough=8) == 8
 
 
 @pytest.mark.parametrize("name", ["scripted", "allocation"])

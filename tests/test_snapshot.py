@@ -16,7 +16,7 @@ from asv_env import FEATURES, Simulation, make_params
 from asv_env.sensing.observation import scalar
 from asv_env.tasks import starts
 
-STEPS = 500
+STEPS = 250  #: control ticks, with an end of all worlds' episodes
 CALLS = ("reset", "one", "step", "copy", "pickle", "snapshot", "restore")
 WALLED = {"water": {"walls": 2.0}}
 CASES = [
