@@ -37,11 +37,11 @@ def _with_remedy(error: Exception) -> str:
     """Returns the message of an error in one line; where an extra is missing, says which."""
     if isinstance(error, MemoryError):
         return MEMORY
-    name = (getattr(error, "name", None) or "").partition(".")[0]
-    extras = {"torch": "train", "stable_baselines3": "train", "ray": "rllib"}
-    if name not in extras:
-        return " ".join(str(error).split())
-    return f"{error}: this needs an extra, pip install 'asv-env[{extras[name]}]'"
+    from baselines.rollout.extras import remedy
+
+    message = " ".join(str(error).split())
+    extra = remedy(error) if isinstance(error, ImportError) else ""
+    return f"{message}: this needs an extra, {extra}" if extra else message
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NoReturn
 import tyro
 
 from asv_env.text import described, one_line
+from baselines.rollout import extras
 from baselines.rollout.commands import LONGEST, FilePath, say, steady
 from baselines.rollout.process_state import Terminated
 
@@ -140,7 +141,7 @@ class Options:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Compares policies as a command line says; exits with a message where something is wrong."""
     try:
-        with steady():
+        with steady(), extras.needed(PROGRAM):
             _main(arguments)
     except KeyboardInterrupt as error:
         stopped(f"stopped by {error}" if isinstance(error, Terminated) else "stopped")

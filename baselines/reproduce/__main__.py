@@ -6,18 +6,21 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
-from tqdm import tqdm
 
 from asv_env.checks import check_whole, choice
 from asv_env.files import write_text
-from baselines.evaluate.publish import marks
-from baselines.reproduce import contents, paper_page
-from baselines.reproduce.artefact import Artefact, Job, OutputFolder
-from baselines.reproduce.contents import ARTEFACTS
+from baselines.rollout import extras
 from baselines.rollout.commands import FilePath, command
-from baselines.rollout.lock import locked
 
 PROGRAM = "python -m baselines.reproduce"
+with extras.needed(PROGRAM):
+    from tqdm import tqdm
+
+    from baselines.evaluate.publish import marks
+    from baselines.reproduce import contents, paper_page
+    from baselines.reproduce.artefact import Artefact, Job, OutputFolder
+    from baselines.reproduce.contents import ARTEFACTS
+    from baselines.rollout.lock import locked
 CAPTIONS = "README.md"
 
 
