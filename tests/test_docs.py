@@ -14,7 +14,7 @@ from baselines.reproduce.paper_page import TABLES, updated
 ROOT = Path(__file__).parents[1]
 BRIEF = replace(PUSH, time_limit=2.0)
 """The task of the episodes in the documents, in seconds."""
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 SHORTER = {
     "2_000_000": "512",
     "episodes=20": "episodes=1, workers=0",

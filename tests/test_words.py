@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("asv_env", "baselines", "train", "benchmarks", "docs", "tests", ".ci")
-ENDINGS = {".py", ".md", ".js", ".css", ".html", ".jinja", ""}
+FOLDERS = ("asv_env", "baselines", "train", "benchmarks", "docs", "tests", ".ci", ".github")
+ENDINGS = {".py", ".md", ".js", ".css", ".html", ".jinja", ".yml", ""}
 DIALECT = {
     "again": r"\banew\b",
     "resume, continue": r"\b(?:go|goes|going|went) on\b(?! board)",
@@ -28,7 +28,7 @@ DIALECT = {
 """{the field's word: pattern of the other}."""
 FILES = [
     path
-    for path in [ROOT / "README.md", *(p for name in FOLDERS for p in (ROOT / name).rglob("*"))]
+    for path in [*ROOT.glob("*.md"), *(p for name in FOLDERS for p in (ROOT / name).rglob("*"))]
     if path.is_file() and path.suffix in ENDINGS and "__pycache__" not in path.parts
 ]
 
