@@ -31,6 +31,7 @@ def followed(goal, seconds=120.0):
         here = (target - place) * np.exp(-1j * heading), wrap(final - heading)
         if tick == 0:
             PATH.begin(course, moves, *here)
+        PATH.arrive(course, *here, moves, moves)
         PATH.advance(course, LIMITS, *here, moves, np.ones(1))
         if course.holds[0]:
             return course, abs(here[0][0]), abs(here[1][0]), tick * dt

@@ -104,6 +104,7 @@ def pushed(kind, goal, seconds=60.0):
     course = zeros(Course, *[(1,)] * 8)
     memory = ManoeuvreMemory.empty(1, 2)
     memory.kind[:] = kind
+    course.axis = PUSHES.way(memory)
     hull, one = hulls(1, 1), np.ones(1)
     step = 0.2 * VESSEL.masses[1] / VESSEL.sway[0]
     equip(hull, 0, kinds([VESSEL]), one, one, one, step)
@@ -112,7 +113,8 @@ def pushed(kind, goal, seconds=60.0):
         motion = np.array([[course.velocity[0].real, course.velocity[0].imag, course.yaw_rate[0]]])
         way, turned = coasted(motion, hull, step)
         rest = (here - way) * np.exp(-1j * turned), wrap(turn - turned)
-        if PUSHES.advance(course, memory, (here, turn), rest, course.velocity, np.ones(1, bool))[0]:
+        PUSHES.advance(course, memory, (here, turn), rest, course.velocity, np.ones(1, bool))
+        if PUSHES.done(memory, rest)[0]:
             return rest[0][0], rest[1][0]
         here = (here - dt * course.velocity) * np.exp(-1j * dt * course.yaw_rate)
         turn = turn - dt * course.yaw_rate
@@ -139,7 +141,8 @@ def test_a_vessel_that_is_turned_comes_to_rest_at_its_heading(angle):
 def test_boats_that_cannot_pull_do_not_brake():
     """The reference slows down no faster than drag slows the vessel."""
     course, memory = zeros(Course, *[(1,)] * 8), ManoeuvreMemory.empty(1, 2)
-    course.speed[:], gap, dt = 0.07, 0.5, 1 / PARAMS.clock.control
+    course.axis, course.speed[:] = PUSHES.way(memory), 0.07
+    gap, dt = 0.5, 1 / PARAMS.clock.control
     hull, one = hulls(1, 1), np.ones(1)
     equip(hull, 0, kinds([VESSEL]), one, one, one, dt)
     while course.speed[0] > 0.005:

@@ -27,13 +27,11 @@ from baselines.allocation.allocation_gains import AllocationGains, ManoeuvreGain
 from baselines.allocation.allocation_memory import Memory
 from baselines.allocation.boats import Boats
 from baselines.allocation.contact import Contact
-from baselines.allocation.contact_approach import ContactApproach
-from baselines.allocation.contact_points import PAIR, WEAK, columns, effort, gyration, needed
-from baselines.allocation.direct_path import Course, DirectPath
+from baselines.allocation.contact_points import columns, gyration
+from baselines.allocation.direct_path import Course
 from baselines.allocation.force_shares import share
-from baselines.allocation.manoeuvres import REST, Manoeuvres, Pose
-from baselines.allocation.pushes import Pushes
-from baselines.allocation.waypoints import Waypoints
+from baselines.allocation.manoeuvres import REST, Pose
+from baselines.allocation.team_plan import TeamPlanner
 from baselines.mirror import at_scale
 from baselines.scripted.helm import Helm
 from baselines.scripted.observer import VesselObserver
@@ -41,10 +39,7 @@ from baselines.scripted.routes import Routes
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from baselines.scripted.ways import Way
 
-IN_PLACE = (0.03, 0.85)  #: distance to its point, m, and cosine, at which a boat gets in place
-OUT_OF_PLACE = (0.08, 0.6)  #: distance and cosine at which it is no longer in place
 RECOIL_TIME = 2.0  #: time for which a boat that was kept from its place goes astern, s
-WAITS_FOR = 0.03  #: distance over which the team slows down for a boat before it is out of place, m
 
 
 class AllocationPolicy:
@@ -73,17 +68,12 @@ class AllocationPolicy:
         self._shrinking = 1.0 / params.scale
         params = params.rescaled(self._shrinking)
         self._vessel, self._boat = params.hulls()
-        self._has_goal = params.definition.has_goal
-        self._delay = params.sensors.delay
+        self._delay, self._gyration = params.sensors.delay, gyration(self._vessel)
         self._recoil = round(RECOIL_TIME * params.clock.control)
-        self._patience = gains.patience * params.clock.control
-        self._gains, self._helm, self._observer = gains, Helm(params), VesselObserver(params)
-        self._approach, self._contact = ContactApproach(params, gains), Contact(params, gains)
-        self._path, self._gyration = DirectPath(params, gains), gyration(self._vessel)
-        self._pair_gains, self._manoeuvres = pair_gains, Manoeuvres(params, pair_gains)
-        self._pushes = Pushes(params, gains, pair_gains, self._manoeuvres)
-        among = params.obstacles or params.water.walls is not None
-        self._waypoints = Waypoints(params, gains) if among else None
+        self._gains, self._pair_gains = gains, pair_gains
+        self._helm, self._observer = Helm(params), VesselObserver(params)
+        self._contact = Contact(params, gains)
+        self._planner = TeamPlanner(params, gains, pair_gains)
         # A boat that meets a vessel at rest then moves it by no more than the speed of a held one.
         masses = self._vessel.contact_mass + self._boat.masses[0]
         self._closing = params.task.speed_tolerance * masses / self._boat.masses[0]
@@ -96,55 +86,33 @@ class AllocationPolicy:
         if memory is None:
             memory, fresh = Memory.empty(worlds, team), np.ones_like(fresh)
         memory = copied(memory)
-        memory.way.missing[fresh] = False
-        by_script = self._by_script(sensed) | memory.way.missing
+        by_script = self._planner.lacks(sensed, memory, fresh)
         action = np.zeros((worlds, team, 2), dtype=np.float32)
         if not by_script.all():
             action = self._allocate(at_scale(sensed, self._shrinking), memory, fresh, by_script)
         if by_script.any():
             given = rows(sensed, by_script), observation[by_script]
-            begins = (fresh | ~memory.by_script)[by_script]
+            begins = (fresh | ~memory.lacking)[by_script]
             own = memory.of_script(by_script)
             action[by_script], memory.scripted = self._scripted.act(*given, own, begins)
             memory.wanted[by_script] = memory.scripted.wanted
             memory.reference[by_script] = memory.scripted.reference
-        memory.by_script = by_script
+        memory.lacking = by_script
         return action, memory
 
-    def _by_script(self, sensed: Sensed) -> Bool:
-        """Returns the worlds (W,) in which the scripted policy acts."""
-        if not self._has_goal:
-            return np.ones(len(sensed.side), dtype=np.bool_)
-        spans = self._approach.spans(sensed.working)
-        if self._manoeuvres.pairs.spans:
-            spans = spans | (sensed.working.sum(axis=1) == PAIR)
-        return ~(spans & sensed.anchored)
-
-    def _allocate(self, sensed: Sensed, memory: Memory, fresh: Bool, by_script: Bool) -> Action:
-        """Returns the actions (W, A, 2) of one tick; those of worlds ``by_script`` mean nothing."""
+    def _allocate(self, sensed: Sensed, memory: Memory, fresh: Bool, lacking: Bool) -> Action:
+        """Returns the actions (W, A, 2) of one tick; those of worlds ``lacking`` mean nothing."""
         relations = self._observe(sensed, memory, fresh)
-        changed = (memory.working != sensed.working).any(axis=1)
-        begins = ~by_script & (fresh | memory.by_script | changed)
-        memory.pair = (sensed.working.sum(axis=1) == PAIR) & ~by_script
-        rest = self._change(relations, sensed, memory, begins)
-        self._assign(relations, sensed, memory, begins)
-        memory.working, course = sensed.working.copy(), memory.course
-        boats, touches = self._boats(relations, sensed, memory), sensed.touching[..., 0]
-        before, of_pairs = memory.grasped, rows(course, memory.pair)
-        moves, speed_share = self._gather(boats, touches, memory)
-        goal, turn = relations.goal, -relations.heading_error
-        grasps, last = memory.grasped & ~before, None
-        self._path.begin(course, grasps, goal, turn)
-        if self._waypoints is not None:
-            memory.way.legs[begins], memory.end[begins] = 0, np.nan
-            plans = (begins | (grasps & ~by_script)) & ~memory.pair
-            known = sensed.goal, sensed.obstacle, memory.limits, sensed.working
-            self._waypoints.plan(memory.way, relations, *known, plans)
-            goal, turn, last = self._waypoints.target(memory.way, course, relations, moves)
-        self._path.advance(course, memory.limits, goal, turn, moves, speed_share, last)
-        if rest is not None:
-            self._advance_pairs(of_pairs, relations, memory, rest, moves)
-        among = self._among(boats, relations, sensed, memory, ~by_script)
+        known = relations, memory.vessel.drift, sensed
+        decided = self._planner.update(*known, memory, fresh, lacking)
+        boats, touches, course = decided.boats, sensed.touching[..., 0], memory.course
+        memory.astern[decided.begins], memory.end[decided.begins] = False, np.nan
+        of_pairs = rows(course, memory.pair)
+        to = decided.goal, decided.turn, decided.moves, decided.share
+        self._planner.path.advance(course, memory.limits, *to)
+        if decided.rest is not None:
+            self._advance_pairs(of_pairs, relations, memory, decided.rest, decided.moves)
+        among = self._among(boats, relations, sensed, memory, ~lacking)
         coming, turns = self._come(boats, touches | sensed.touching[..., 1], memory, among)
         pushes = memory.in_place & memory.grasped[:, None]
         speed, error = self._push(boats, pushes, touches, memory)
@@ -155,54 +123,10 @@ class AllocationPolicy:
         action, memory.reference = self._helm.set_points(memory.wanted, memory.reference)
         return action.astype(np.float32)
 
-    def _boats(self, relations: Relations, sensed: Sensed, memory: Memory) -> Boats:
-        """Returns the boats round a hull that moves as it is estimated to."""
-        frame, yaw_rate = relations.heading[:, :1].conj(), relations.yaw_rate[:, :1]
-        return Boats(
-            position=relations.boat,
-            bow=relations.heading[:, 1:] * frame,
-            velocity=relations.velocity[:, 1:] * frame,
-            hull=relations.velocity[:, :1] * frame + 1j * yaw_rate * relations.boat,
-            water=memory.vessel.drift[:, None] * frame,
-            yaw_rate=yaw_rate,
-            place=memory.place,
-            inward=memory.inward,
-            number=memory.number,
-            working=sensed.working,
-            seen=sensed.seen[:, 1:],
-        )
-
-    def _change(
-        self, relations: Relations, sensed: Sensed, memory: Memory, begins: Bool
-    ) -> Pose | None:
-        """Decides about the manoeuvres of teams of two.
-
-        Args:
-            relations: estimated relations.
-            sensed: what the teams know.
-            memory: updated in place.
-            begins: (W,) worlds in which boats get new places, updated in place.
-
-        Returns:
-            The goal when their vessels have come to rest, if there are such teams.
-        """
-        pair = memory.pair
-        if not pair.any():
-            return None
-        own, boats = (
-            rows(memory.manoeuvre, pair),
-            rows(self._boats(relations, sensed, memory), pair),
-        )
-        rest = self._manoeuvres.rest(rows(relations, pair), memory.vessel.drift[pair])
-        now = begins[pair], memory.grasped[pair]
-        begins[pair] |= self._manoeuvres.update(boats, own, rest, *now)
-        put_rows(memory.manoeuvre, pair, own)
-        return rest
-
     def _advance_pairs(
         self, course: Course, relations: Relations, memory: Memory, rest: Pose, moves: Bool
     ) -> None:
-        """Advances the courses of teams of two, and lets go where a push is done or lost.
+        """Advances the courses of teams of two.
 
         Args:
             course: of their worlds.
@@ -214,23 +138,18 @@ class AllocationPolicy:
         pair, own = memory.pair, rows(memory.manoeuvre, memory.pair)
         here = relations.goal[pair], -relations.heading_error[pair]
         velocity = (relations.velocity[:, 0] * relations.heading[:, 0].conj())[pair]
-        done = self._pushes.advance(course, own, here, rest, velocity, moves[pair])
-        whole = (memory.in_place | ~memory.working).all(axis=1)
-        free = self._manoeuvres.release(own, done, (memory.grasped & ~whole)[pair])
-        put_rows(memory.manoeuvre, pair, own)
+        self._planner.pushes.advance(course, own, here, rest, velocity, moves[pair])
         put_rows(memory.course, pair, course)
-        memory.grasped[pair] &= ~free
-        memory.in_place[pair] &= ~free[:, None]
 
     def _among(
         self, boats: Boats, relations: Relations, sensed: Sensed, memory: Memory, which: Bool
     ) -> Way | None:
         """Returns the ways of boats among obstacles in the worlds ``which`` (W,), if there are."""
-        if self._waypoints is None:
+        if self._planner.waypoints is None:
             return None
         coming = which & ~(memory.in_place | ~sensed.working).all(axis=1)
         known = Routes(memory.via, memory.left, memory.end)
-        return self._approach.among(boats, relations, sensed, known, coming)
+        return self._planner.approach.among(boats, relations, sensed, known, coming)
 
     def _come(
         self, boats: Boats, touches: Bool, memory: Memory, among: Way | None
@@ -247,7 +166,7 @@ class AllocationPolicy:
         standoff = np.where(memory.pair, apart, self._gains.standoff)
         standoff = np.where(memory.grasped, 0.0, standoff)
         wanted = self._moved(boats, memory)
-        speed, error, memory.astern = self._approach.command(
+        speed, error, memory.astern = self._planner.approach.command(
             wanted, memory.astern, memory.recoil > 0, standoff, among
         )
         leaves = (memory.pair & own.leaving)[:, None]
@@ -298,77 +217,12 @@ class AllocationPolicy:
         motion = predicted(motion, self._delay)
         return relate(motion, sensed.goal, sensed.slot, np.ones(len(motion)))
 
-    def _assign(self, relations: Relations, sensed: Sensed, memory: Memory, which: Bool) -> None:
-        """Assigns contact points to the boats that work in the worlds ``which`` (W,)."""
-        course, limits = memory.course, memory.limits
-        for world in np.flatnonzero(which).tolist():
-            works, boat = sensed.working[world], relations.boat[world]
-            memory.place[world], memory.inward[world] = boat, 1.0
-            if memory.pair[world]:
-                kind = min(int(memory.manoeuvre.kind[world]), REST - 1)
-                pair = self._approach.assign_pair(boat[works], kind)
-                memory.place[world, works], memory.inward[world, works] = pair[:2]
-                memory.number[world, works] = pair[2]
-                continue
-            formation, number = self._approach.assign(boat[works])
-            memory.number[world, works] = number
-            memory.place[world, works] = formation.place[number]
-            memory.inward[world, works] = formation.inward[number]
-            course.axis[world] = formation.axis
-            for name, value in vars(self._path.limits(formation)).items():
-                getattr(limits, name)[world] = value
-        for flags in (memory.astern, memory.in_place, memory.grasped, course.arrived, course.holds):
-            flags[which] = False
-        for rates in (course.speed, course.slide, course.yaw_rate, memory.waiting):
-            rates[which] = 0
-
-    def _gather(self, boats: Boats, touches: Bool, memory: Memory) -> tuple[Bool, Float]:
-        """Updates which boats are in place, and whether the team grasps the vessel.
-
-        A team waits for boats that are not in place, but no longer than its patience where the
-        wrench cone of the others contains what a direct path takes. A team of two pushes once both
-        boats have touched the hull (``touches``, (W, A)).
-
-        Returns:
-            Worlds (W,) whose teams move the vessel, and the fraction (W,) of its speeds with which
-            they do, so that boats keep up.
-        """
-        gap, working, pair, own = boats.gap, boats.working, memory.pair, memory.manoeuvre
-        far = np.where(memory.in_place, OUT_OF_PLACE[0], IN_PLACE[0])
-        turned = np.where(memory.in_place, OUT_OF_PLACE[1], IN_PLACE[1])
-        ahead = far + np.where(pair, self._pair_gains.standoff, 0.0)[:, None]
-        near = (np.abs(gap.real) < ahead) & (np.abs(gap.imag) < far)
-        memory.in_place = near & (boats.alignment > turned) & working
-        whole = (memory.in_place | ~working).all(axis=1)
-        memory.waiting = np.where(whole, 0, memory.waiting + 1)
-        late = np.flatnonzero(memory.waiting > self._patience)
-        ready: Bool = np.array(whole)
-        if len(late):
-            ready[late] = self._spanned(memory, late)
-        ready &= ~(pair & (own.leaving | (own.kind == REST)))
-        memory.grasped = memory.grasped | ready
-        own.touched = (own.touched | touches) & memory.grasped[:, None]
-        engaged = ~pair | (own.touched | ~working).all(axis=1)
-        room = (OUT_OF_PLACE[0] - np.abs(gap.imag)) / WAITS_FOR
-        slowest = np.where(memory.in_place, np.clip(room, 0.0, 1.0), 1.0).min(axis=1)
-        share = np.where(ready, slowest, 0.0)
-        return memory.grasped & (share > 0.0) & engaged, share
-
-    def _spanned(self, memory: Memory, worlds: np.ndarray) -> Bool:
-        """Returns whether the wrench cones of the boats in place span a direct path, (n,)."""
-        place, inward = memory.place[worlds], memory.inward[worlds]
-        column = columns(place + inward * self._boat.length / 2, inward, self._gyration)
-        wrench = needed(memory.course.axis[worlds])
-        column = np.repeat(column[:, None], wrench.shape[1], axis=1)
-        pushes = np.repeat(memory.in_place[worlds][:, None], wrench.shape[1], axis=1)
-        return np.asarray(effort(column, wrench, pushes).sum(axis=1) < WEAK)
-
     def _shares(
         self, touch: Complex, sideways: Float, pushes: Bool, water: Complex, memory: Memory
     ) -> Float:
         """Returns the forces (W, A) N of boats that push at points (W, A) m, in the water (W,)."""
         gains, contact = self._gains, self._contact
-        force, moment = self._path.wrench(memory.course, water)
+        force, moment = self._planner.path.wrench(memory.course, water)
         weight = np.array([1.0, 1.0, gains.moment_weight])
         wrench = np.stack([force.real, force.imag, moment / self._gyration], axis=-1) * weight
         column = columns(touch, memory.inward, self._gyration) * weight

@@ -97,6 +97,23 @@ class DirectPath:
         course.axis = np.where(which & (other < turning), -course.axis, course.axis)
         course.arrived &= ~which
 
+    def arrive(self, course: Course, goal: Complex, turn: Float, moves: Bool, last: Bool) -> None:
+        """Decides which vessels have arrived, in place, and drives those again that have left.
+
+        Args:
+            course: updated in place.
+            goal: (W,) position of the goal, vessel frame, m.
+            turn: (W,) heading of the goal in that frame, rad.
+            moves: (W,) worlds whose teams move the vessel.
+            last: (W,) whether vessels stay there, and turn.
+        """
+        missed = np.abs(goal) > AGAIN * self._position
+        self.begin(course, moves & course.arrived & missed, goal, turn)
+        along, aside = (goal / course.axis).real, (goal / course.axis).imag
+        distance = np.abs(goal)
+        lies_aside = (distance < NEAR * self._position) & (np.abs(aside) > ASIDE * along)
+        course.arrived |= moves & last & ((distance < CAPTURE * self._position) | lies_aside)
+
     def advance(
         self,
         course: Course,
@@ -105,7 +122,6 @@ class DirectPath:
         turn: Float,
         moves: Bool,
         share: Float,
-        last: Bool | None = None,
     ) -> None:
         """Advances courses by a tick.
 
@@ -116,16 +132,12 @@ class DirectPath:
             turn: (W,) heading of the goal in that frame, rad.
             moves: (W,) worlds whose teams move the vessel; it is to rest elsewhere.
             share: (W,) fraction of the speeds that is asked for.
-            last: (W,) whether vessels stay there, and turn; None: all do.
         """
-        gains, stays = self._gains, moves if last is None else moves & last
-        self.begin(course, moves & course.arrived & self._missed(goal), goal, turn)
+        gains = self._gains
         along, aside = (goal / course.axis).real, (goal / course.axis).imag
         distance, ahead = np.abs(goal), gains.lookahead * self._vessel.size
         steered = np.where(distance < ahead, np.maximum(along, ahead), along)
         bearing = np.arctan2(aside, steered)
-        lies_aside = (distance < NEAR * self._position) & (np.abs(aside) > ASIDE * along)
-        course.arrived |= stays & ((distance < CAPTURE * self._position) | lies_aside)
         self._hold(course, moves, distance, turn)
         free = moves & ~course.holds
         to_turn = np.where(course.arrived, turn, bearing)
@@ -147,9 +159,6 @@ class DirectPath:
         )
         course.acceleration = (course.speed - before[0]) / self._dt
         course.yaw_acceleration = (course.yaw_rate - before[1]) / self._dt
-
-    def _missed(self, goal: Complex) -> Bool:
-        return np.asarray(np.abs(goal) > AGAIN * self._position)
 
     def _hold(self, course: Course, moves: Bool, distance: Float, turn: Float) -> None:
         """Decides where the team holds the vessel, whose reference is at rest then."""

@@ -72,11 +72,11 @@ class Pushes:
         rest: Pose,
         velocity: Complex,
         moves: Bool,
-    ) -> Bool:
-        """Advances courses by a tick; returns where (W,) the pushes are done.
+    ) -> None:
+        """Advances courses by a tick.
 
         Args:
-            course: advanced in place.
+            course: advanced in place; its axis is the way of the manoeuvre.
             memory: with the manoeuvres.
             pose: of the goal.
             rest: the same when the vessel has come to rest, if boats let go now.
@@ -84,7 +84,6 @@ class Pushes:
             moves: (W,) worlds whose boats push; elsewhere the reference comes to rest.
         """
         kind = np.minimum(memory.kind, REST - 1)
-        course.axis = self._way[kind]
         slide = (velocity / course.axis).imag
         wanted = self._rates(kind, course.axis, pose, rest[0], slide)
         before = course.speed, course.yaw_rate
@@ -96,7 +95,10 @@ class Pushes:
         course.acceleration = (course.speed - before[0]) / self._dt
         course.yaw_acceleration = (course.yaw_rate - before[1]) / self._dt
         course.slide = np.where(moves, slide, 0.0)  # Boats go along where the vessel slides.
-        return moves & self._done(kind, course.axis, rest)
+
+    def way(self, memory: ManoeuvreMemory) -> Complex:
+        """Returns the directions (W,) of the reference speeds of manoeuvres, vessel frame."""
+        return np.asarray(self._way[np.minimum(memory.kind, REST - 1)])
 
     def _rates(
         self, kind: Float, axis: Complex, pose: Pose, rest: Complex, slide: Float
@@ -122,9 +124,10 @@ class Pushes:
         limit = self._max_yaw_rate[kind]
         return np.minimum(speed, self._max_speed[kind]), np.clip(yaw_rate, -limit, limit)
 
-    def _done(self, kind: Float, axis: Complex, rest: Pose) -> Bool:
+    def done(self, memory: ManoeuvreMemory, rest: Pose) -> Bool:
         """Returns where (W,) the vessel will come to rest where the manoeuvre is to end."""
         goal, turn = rest
+        kind, axis = np.minimum(memory.kind, REST - 1), self.way(memory)
         own, far = self._pair_gains, self._manoeuvres.far(goal)
         bearing, _ = self._manoeuvres.bearing(rest)
         way = np.where(kind % 2 == 0, 1.0, -1.0)

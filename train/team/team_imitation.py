@@ -287,7 +287,7 @@ def take_over(memory: Memory, sight: ViewMemory, sensed: Sensed) -> None:
     course, motion = memory.course, memory.vessel.motion
     memory.reference = sight.reference.copy()
     if memory.scripted is not None:
-        memory.scripted.reference = memory.reference[memory.by_script]
+        memory.scripted.reference = memory.reference[memory.lacking]
     to_vessel = np.exp(-1j * motion[:, 2])
     goal = (plane(sensed.goal) - plane(motion)) * to_vessel
     axis = driven(course.axis, goal, wrap(sensed.goal[:, 2] - motion[:, 2]))
