@@ -12,7 +12,9 @@ time has its share of resets.
 
 *Bare* is the time of the same steps' calls of Chipmunk's ``cpSpaceStep`` alone, see ``bare.py``.
 VMAS ``transport`` takes one physics substep a step where ours takes five, see ``vmas_process.py``.
-``--against`` names a checkout of another version of this package, to be timed too.
+``--against`` names a checkout of another version of this package, to be timed too. ``--torchrl``
+times ``TorchRLEnv`` instead, see ``torchrl_process.py``, compared with TorchRL's wrapper of
+``parallel_env`` on one world, and with that of VMAS where ``--vmas`` has TorchRL too.
 
 All subjects have processes of their own and take turns, a short measurement each, in every round. A
 ratio is taken within a round, between neighbours in time; the table shows medians over the rounds.
@@ -54,9 +56,10 @@ FORMATS = {
     "substeps over VMAS": ".2f",
     "over the other version": ".2f",
     "over one thread": ".2f",
+    "over PettingZooWrapper": ".0f",
 }
 """Formats of the measured quantities."""
-BEGIN, END = "<!-- throughput -->", "<!-- end of throughput -->"  #: lines round the page's table
+TORCHRL = "through TorchRL"  #: name of the situation of ``--torchrl``
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,7 @@ class Options:
     clock: Literal["wall", "cpu"] = "wall"  #: "cpu" for one thread on a busy machine
     vmas: Path | None = None  #: interpreter that has VMAS, to compare with it
     against: Path | None = None  #: checkout of another version, to compare with it
+    torchrl: tyro.conf.FlagCreatePairsOff[bool] = False  #: time ``TorchRLEnv``, on one thread
     out: FilePath | None = None  #: JSON file for all samples
     page: FilePath | None = None  #: page whose table is replaced by this one
     overwrite: tyro.conf.FlagCreatePairsOff[bool] = False  #: replace ``out``
@@ -81,8 +85,17 @@ class Options:
         check_whole(self, "rounds threads", 1, 10**6)
         if self.out is not None and self.out.exists() and not self.overwrite:
             raise ValueError(f"--out {self.out} exists: name another file, or use --overwrite")
-        if self.page is not None and BEGIN not in self.page.read_text(encoding="utf-8"):
-            raise ValueError(f"--page {self.page}: has no line {BEGIN}")
+        begin, _ = self.marks
+        if self.page is not None and begin not in self.page.read_text(encoding="utf-8"):
+            raise ValueError(f"--page {self.page}: has no line {begin}")
+        if self.torchrl and (not any(self.worlds) or self.against is not None):
+            raise ValueError("--torchrl: give --worlds above 0, and no --against")
+
+    @property
+    def marks(self) -> tuple[str, str]:
+        """The lines round the page's table."""
+        name = "throughput through TorchRL" if self.torchrl else "throughput"
+        return f"<!-- {name} -->", f"<!-- end of {name} -->"
 
 
 @dataclass
@@ -90,7 +103,7 @@ class Timed:
     """A subject in its process."""
 
     row: tuple[int, int, str]  #: values of ``ROW``
-    subject: str  #: "ours", "VMAS" or "other"
+    subject: str  #: "ours", "VMAS", "other" or "wrapper"
     process: subprocess.Popen[str]
 
     def measure(self, seconds: float, word: str = "") -> dict[str, Any]:
@@ -120,6 +133,8 @@ class Timed:
 def rows(options: Options) -> list[tuple[int, int, str]]:
     """Returns what is measured: worlds, threads and situation of each row."""
     worlds = sorted(set(options.worlds))
+    if options.torchrl:
+        return [(each, 1, TORCHRL) for each in worlds if each]
     found = [(each, 1, situation) for each in worlds for situation in ("unconstrained", "pushing")]
     most = (worlds[-1], options.threads, "unconstrained")
     return found + [most] * (options.threads > 1 and worlds[-1] > 1)
@@ -145,7 +160,18 @@ def started(options: Options) -> Iterator[list[Timed]]:
             return timed
 
         found = []
-        for row in tqdm(rows(options), "starting", leave=False):
+        wanted = tqdm(rows(options), "starting", leave=False)
+        if options.torchrl:
+            process = FOLDER / "torchrl_process.py"
+            found.append(start((1, 1, TORCHRL), "wrapper", sys.executable, process, "wrapper", 1))
+            for row in wanted:
+                found.append(start(row, "ours", sys.executable, process, "asv", row[0]))
+                if options.vmas is not None:
+                    words = process, "vmas", row[0]
+                    found.append(start(row, "VMAS", options.vmas, *words, PYTHONPATH=""))
+            yield found
+            return
+        for row in wanted:
             worlds, threads, situation = row
             words = FOLDER / "asv_process.py", situation, worlds, threads, options.clock
             found.append(start(row, "ours", sys.executable, *words))
@@ -167,7 +193,7 @@ def throughput(options: Options) -> pd.DataFrame:
             sample = dict(zip(ROW, subject.row, strict=True)) | {"subject": subject.subject}
             sample |= {"round": number, **subject.measure(options.seconds)}
             bare = math.nan
-            if subject.subject == "ours" and subject.row[1] == 1:
+            if subject.subject == "ours" and subject.row[1] == 1 and not options.torchrl:
                 timed = subject.measure(options.seconds, "bare")
                 bare = timed["bare"] / timed["steps"]
             found.append(sample | {"bare": bare})
@@ -183,6 +209,7 @@ def with_rates(samples: pd.DataFrame, clock: str) -> pd.DataFrame:
         samples[samples["subject"] == name].set_index(keys)["rate"]
         for name in ("ours", "other", "VMAS")
     )
+    wrapper = samples[samples["subject"] == "wrapper"].set_index("round")["rate"]
     single = samples[(samples["subject"] == "ours") & (samples["threads"] == 1)]
     one = single.set_index(["worlds", "situation", "round"])["rate"]
     found = samples[samples["subject"] == "ours"].set_index(keys)
@@ -199,6 +226,8 @@ def with_rates(samples: pd.DataFrame, clock: str) -> pd.DataFrame:
         "over one thread": (ours / one.reindex(index).to_numpy()).where(
             found.index.get_level_values("threads") > 1
         ),
+        "over PettingZooWrapper": ours
+        / wrapper.reindex(ours.index.get_level_values("round")).to_numpy(),
     }
     return pd.DataFrame(rates)
 
@@ -224,7 +253,8 @@ def markdown(texts: pd.DataFrame) -> str:
 
 def circumstances(options: Options) -> dict[str, Any]:
     """Returns what a reader needs to know to judge the numbers."""
-    names = ("asv-env", "numpy", "numba", "gymnasium", "pymunk")
+    names = ["asv-env", "numpy", "numba", "gymnasium", "pymunk"]
+    names += ["torch", "torchrl"] * options.torchrl
     return {
         "python": platform.python_version(),
         "versions": provenance.versions(names),
@@ -239,11 +269,12 @@ def circumstances(options: Options) -> dict[str, Any]:
     }
 
 
-def write_page(page: Path, table: str) -> None:
-    """Replaces the table on a page."""
-    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    _, _, after = rest.partition(END)
-    files.write_text(page, f"{before}{BEGIN}\n{table}{END}{after}")
+def write_page(page: Path, marks: tuple[str, str], table: str) -> None:
+    """Replaces the table between two lines of a page."""
+    begin, end = marks
+    before, _, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, _, after = rest.partition(end)
+    files.write_text(page, f"{before}{begin}\n{table}{end}{after}")
 
 
 def time_steps(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
@@ -263,7 +294,7 @@ def time_steps(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
         text = json.dumps({"circumstances": around, "samples": kept}, indent=2)
         files.write_text(options.out, text + "\n")
     if options.page is not None:
-        write_page(options.page, f"{markdown(texts)}\n{note}\n")
+        write_page(options.page, options.marks, f"{markdown(texts)}\n{note}\n")
 
 
 main = command(time_steps, "python benchmarks/throughput.py")

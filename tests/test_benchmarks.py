@@ -36,6 +36,7 @@ def run(monkeypatch, capsys):
         ("throughput", ["--worlds", -1], "--worlds (-1,): must be from 0"),
         ("throughput", ["--worlds", 10**10], "must be from 0 to 1,000,000"),
         ("throughput", ["--seconds", "nan"], "seconds = nan"),
+        ("throughput", ["--torchrl", "--worlds", 0], "--torchrl: give --worlds above 0"),
         ("throughput", ["--rounds", 10**20], "rounds = 1"),
         ("throughput", ["--out", "."], "--out . exists"),
         ("throughput", ["--page", FOLDER / "turns.py"], "has no line <!-- throughput -->"),
