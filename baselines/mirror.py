@@ -1,8 +1,8 @@
 """Mirror images and models of worlds, and the side of the vessel from which a team pushes.
 
 What holds for a team that pushes from one side of the vessel holds for the other side in the
-mirror image. So a policy that can push from the +n side alone, towards goals ahead of it, serves
-all goals: where the goal lies on the +n side itself, the policy sees the mirror image.
+mirror image. So a policy that can push from the +n side alone serves both sides: where it pushes
+from the other one, it sees the mirror image.
 """
 
 from dataclasses import dataclass, replace
@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asv_env import geometry
-from asv_env.geometry import plane
-from asv_env.memo import by_identity
 from asv_env.params import EnvParams
 from asv_env.params.scaling import MOTION
 from asv_env.tasks import standing
@@ -49,12 +47,6 @@ def at_scale(sensed: Sensed, factor: float) -> Sensed:
     )
 
 
-def goal_lateral_offset(sensed: Sensed) -> Float:
-    """Returns how far the goal lies to the +n side of the estimated vessel (W,), m."""
-    vessel = sensed.estimate[:, 0]
-    return ((plane(sensed.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])).imag
-
-
 @dataclass
 class PushSide:
     """The side from which each team pushes, and its slots in the view from there."""
@@ -63,18 +55,6 @@ class PushSide:
     slot: Complex  #: (W, A) slots of the boats, m; of the mirror image where the side is -1
     working: Bool  #: (W, A) whether each boat worked when the slots were assigned
     closed: Bool  #: (W,) whether the vessel is in closure, by these slots
-
-
-def view(
-    params: EnvParams, sensed: Sensed, memory: PushSide | None, fresh: Bool
-) -> tuple[Sensed, PushSide]:
-    """Returns the world as a team that pushes from the +n side would sense it, and the sides.
-
-    The goal lies ahead of the team when its side is selected: at the first call, where the
-    memory is None, and again in the worlds ``fresh`` (W,).
-    """
-    away = np.where(goal_lateral_offset(sensed) > 0, -1.0, 1.0)
-    return view_from(params, sensed, memory, fresh, away)
 
 
 def view_from(
@@ -118,13 +98,3 @@ def _own_standing(
     after = replace(before, occupied=now.occupied, closed=closed)
     found, _ = standing.changed(after, before.estimate, now.misassigned, events, params)
     return mirror_image(found, side)
-
-
-@by_identity
-def image(params: EnvParams) -> EnvParams:
-    """Returns the parameters of the mirror image: another vessel where it is not symmetric."""
-    outline = params.vessel.outline
-    if outline is None:
-        return params
-    mirrored = tuple((u, -w) for u, w in outline)
-    return replace(params, vessel=replace(params.vessel, outline=mirrored))

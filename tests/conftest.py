@@ -44,55 +44,56 @@ def policy_files(tmp_path_factory):
     from asv_env.envs.sb3 import BoatVecEnv
     from baselines.learned import policy_file
     from baselines.learned.network import Metadata
-    from baselines.learned.phases import Phase
 
     folder = tmp_path_factory.mktemp("policies")
     for seed in (0, 1):
         rng = np.random.default_rng(seed)
         layers = [(rng.normal(size=(n, m)), rng.normal(size=m)) for n, m in [(SEEN, 32), (32, 2)]]
-        policy_file.save(folder / f"net{seed}.npz", [Phase(layers, Metadata(action_repeat=2))], {})
+        policy_file.save(folder / f"net{seed}.npz", layers, Metadata(action_repeat=2), {})
     PPO("MlpPolicy", BoatVecEnv("push", num_envs=1), device="cpu").save(folder / "model.zip")
     return folder
 
 
 @pytest.fixture
-def learned_files(tmp_path, monkeypatch):
-    """Folder of untrained policies with model cards, which are the policy `learned` here."""
-    from helpers import SEEN
+def learned_file(tmp_path, monkeypatch):
+    """File of an untrained policy with a model card, which is the policy `learned` here."""
+    from baselines.learned import policy_file, set_network, team_policy
 
-    from baselines.learned import policy_file
-    from baselines.learned.network import Metadata
-    from baselines.learned.phases import Phase
-    from baselines.rollout import seeds
-
-    def invented(task, began_with=None):
-        rng = np.random.default_rng(len(task))
-        layers = [(rng.normal(size=(n, m)), np.zeros(m)) for n, m in [(SEEN, 16), (16, 2)]]
-        card = {
-            "options": {
-                "task": task,
-                "init_from": began_with and "best.npz",
-                "worlds": {"scenarios": ["noisy", "nominal"], "teams": [4, 6]},
-                "imitation": {"rounds": 3},
-            },
-            "timesteps": 2_500_000,
-            "training_seeds": [seeds.TRAINING.start, seeds.TRAINING.start + 999_999],
-            "development": [
-                {"seconds": 660.0, "success": share, "median_time": 31.25} for share in (0.5, 1.0)
-            ],
-            "began_with": began_with,
-        }
-        return Phase(layers, Metadata(tasks=(task,), action_repeat=2)), card
-
-    folder = tmp_path / "weights"
-    folder.mkdir()
-    approach, approach_card = invented("approach")
-    push, push_card = invented("push", invented("push")[1])
-    policy_file.save(folder / "approach.npz", [approach], approach_card)
-    cards = {"phases": [approach_card, push_card]}
-    policy_file.save(folder / "transport.npz", [approach, push], cards)
-    monkeypatch.setattr(policy_file, "FOLDER", folder)
-    return folder
+    rng, weights = np.random.default_rng(0), {}
+    for name, sizes in set_network.layers().items():
+        weights[f"{name}.weight"] = rng.normal(size=sizes) / np.sqrt(sizes[0])
+        weights[f"{name}.bias"] = np.zeros(sizes[1])
+    score = {"num_boats": 4, "vessel": "plank", "episodes": 50, "median_time": 31.25}
+    nothing = {"success": 0.0, "median_time": float("nan"), "position_error": float("nan")}
+    software = {"libraries": {"torch": "2.1"}, "python": "3.12", "machine": "abacus"}
+    card = {
+        "command": "python -m train.recipe --seed 3",
+        "options": {
+            "teams": [4, 4, 12, 6],
+            "scenarios": ["noisy", "gyre", "noisy"],
+            "hulls": ["plank", "L"],
+            "tasks": ["transport", "push", "transport"],
+            "rounds": 9,
+        },
+        "rounds": 7,
+        "decisions": 2_500_000,
+        "training_seeds": [1_003_000_000, 1_003_999_999],
+        "seconds": 6_000.0,
+        "software": [
+            {"revision": "a1", "code": "b2", **software},
+            {"revision": None, "code": "c3", **software},
+        ],
+        "development": [
+            score
+            | {"task": "transport", "scenario": "noisy", "success": 0.5}
+            | {"position_error": 0.021, "heading_error": 0.0625},
+            score | {"task": "push", "scenario": "gyre", "heading_error": float("nan")} | nothing,
+        ],
+    }
+    file = tmp_path / "learned.npz"
+    team_policy.save(file, weights, card)
+    monkeypatch.setattr(policy_file, "LEARNED", file)
+    return file
 
 
 @pytest.fixture(scope="session")

@@ -109,6 +109,7 @@ ONLY_IN = {
         "asv_env/envs/torchrl.py",
         "train/actors.py",
         "train/imitation.py",
+        "train/recipe.py",
         "train/sb3/",
         "train/rllib/",
         "train/team/",

@@ -3,7 +3,6 @@
 import io
 import json
 import zipfile
-from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from hypothesis import strategies as st
 from asv_env import make_params
 from baselines.learned import npz, policy_file
 from baselines.learned.network import Metadata
-from baselines.learned.phases import Phase
 from baselines.rollout import runner, trajectories
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
@@ -26,7 +24,7 @@ def good(tmp_path_factory):
     """A policy file and a trajectory."""
     folder, rng = tmp_path_factory.mktemp("good"), np.random.default_rng(0)
     layers = [(rng.normal(size=(n, m)), rng.normal(size=m)) for n, m in [(SEEN, 3), (3, 2)]]
-    policy_file.save(folder / "policy.npz", [Phase(layers, Metadata())], {"steps": 3})
+    policy_file.save(folder / "policy.npz", layers, Metadata(), {"steps": 3})
     (log,) = runner.run(ScriptedPolicy, PARAMS, [10**9], 1, record=True)
     trajectories.save(folder, log, PARAMS)
     return {"policy": folder / "policy.npz", "trajectory": folder / f"{10**9}.npz"}
@@ -37,9 +35,8 @@ def content(kind, file):
     if kind == "trajectory":
         trajectory, about = trajectories.load(file)
         return {name: np.asarray(a).tobytes() for name, a in vars(trajectory).items()}, about
-    phases, card = policy_file.read(file)
-    arrays = [a.tobytes() for phase in phases for layer in phase.layers for a in layer]
-    return arrays, [asdict(phase.metadata) for phase in phases], card
+    layers, metadata, card = policy_file.read(file)
+    return [a.tobytes() for layer in layers for a in layer], metadata, card
 
 
 @settings(max_examples=150)
@@ -98,7 +95,7 @@ def npy(array, **header):
     ],
 )
 def test_arrays_that_a_policy_cannot_have_are_refused(array, words, good, tmp_path):
-    file = rewritten(good["policy"], tmp_path / "bad.npz", phase_0_bias_1=array)
+    file = rewritten(good["policy"], tmp_path / "bad.npz", bias_1=array)
     with pytest.raises(ValueError, match=rf"bad\.npz is not a policy file .*{words}"):
         policy_file.read(file)
 
@@ -112,13 +109,10 @@ def test_more_than_can_be_read_is_refused_before_it_is(good, tmp_path, monkeypat
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"phases": 3}, "not iterable"),
-        ({"phases": [{}]}, "metadata"),
+        ({"metadata": 3}, "not subscriptable"),
+        ({"metadata": {}}, "tasks"),
         ({"model_card": None}, "model card"),
-        ({"patience": "long"}, "patience = 'long'"),
-        ({"patience": -1.0}, "patience = -1.0"),
-        ({"team_size": 1}, "num_boats = 1"),
-        ({"team_size": "four"}, "num_boats = 'four'"),
+        ({"activation": "sine"}, "activation 'sine'"),
         ({"tasks": "push"}, "'push' are not names"),
         ({"observation": [1]}, "are not names"),
         ({"speed": 3}, "speed"),
@@ -127,12 +121,8 @@ def test_more_than_can_be_read_is_refused_before_it_is(good, tmp_path, monkeypat
 def test_what_a_policy_file_says_of_a_network_is_checked(change, words, good, tmp_path):
     policy = json.loads(str(np.load(good["policy"])["policy"]))
     for name, value in change.items():
-        if name in policy:
-            policy[name] = value
-        elif name in ("patience", "team_size"):
-            policy["phases"][0][name] = value
-        else:
-            policy["phases"][0]["metadata"][name] = value
+        place = policy if name in policy else policy["metadata"]
+        place[name] = value
     text = npy(np.array(json.dumps(policy)))
     file = rewritten(good["policy"], tmp_path / "bad.npz", policy=text)
     with pytest.raises(ValueError, match=rf"bad\.npz is not a policy file .*{words}"):
@@ -174,9 +164,9 @@ def test_what_is_not_there_or_a_folder_is_an_error_of_the_system(tmp_path):
 def test_a_policy_file_is_written_all_at_once(good, tmp_path):
     file = tmp_path / "mine.npz"
     with pytest.raises(ValueError, match=r"mine\.txt: a policy file ends in \.npz"):
-        policy_file.save(tmp_path / "mine.txt", [], {})
+        policy_file.save(tmp_path / "mine.txt", [], Metadata(), {})
     file.write_text("old")
     with pytest.raises(TypeError):
-        policy_file.save(file, [], {"not JSON": object()})
+        policy_file.save(file, [], Metadata(), {"not JSON": object()})
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]

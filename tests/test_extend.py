@@ -92,7 +92,7 @@ def split(line):
 
 
 @pytest.mark.parametrize("name", OPTIONS)
-def test_it_works_in_the_evaluation(name, mine, learned_files):
+def test_it_works_in_the_evaluation(name, mine, learned_file):
     params = make_params(**options(name, mine), time_limit=1.0)
     policies = {"class": mine.ToSlot, "word": "mine:ToSlot", "learned": "learned"}
     results = compare(policies, suite=params, episodes=2, workers=0, progress=False)

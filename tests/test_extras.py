@@ -26,6 +26,7 @@ runpy.run_module(sys.argv[0], run_name="__main__")
         (["baselines.evaluate", "--task", "push"], "eval", "joblib matplotlib"),
         (["baselines.reproduce"], "eval", "tqdm matplotlib"),
         (["train", "--task", "push", "--torch-threads", "1"], "train", "torch"),
+        (["train.recipe"], "train", "torch"),
     ],
 )
 def test_a_command_names_the_extra_that_it_needs(words, extra, missing, tmp_path):

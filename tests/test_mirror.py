@@ -2,22 +2,11 @@
 
 import numpy as np
 import pytest
-from helpers import SEEN
 
 from asv_env import Simulation, make_params
-from asv_env.tasks import starts
-from baselines.learned.network import Metadata, NetworkPolicy
-from baselines.mirror import at_scale, mirror_image, view
+from asv_env.geometry import plane
+from baselines.mirror import at_scale, mirror_image, view_from
 from baselines.scripted.scripted_policy import ScriptedPolicy
-
-MIRROR = np.array([1.0, -1.0, -1.0])
-
-
-def mirrored_start(params, rng, goal=None):
-    start = starts.sample(params, rng, goal)
-    start.goal *= MIRROR
-    start.motion[:, :3] *= MIRROR
-    return start
 
 
 class Driven:
@@ -31,7 +20,11 @@ class Driven:
         self.fresh = np.ones(len(seeds), dtype=bool)
 
     def step(self):
-        seen, self.push_side = view(self.params, self.sim.sensed, self.push_side, self.fresh)
+        sensed = self.sim.sensed
+        vessel = sensed.estimate[:, 0]
+        goal = (plane(sensed.goal) - plane(vessel)) * np.exp(-1j * vessel[:, 2])
+        away = np.where(goal.imag > 0, -1.0, 1.0)
+        seen, self.push_side = view_from(self.params, sensed, self.push_side, self.fresh, away)
         action, self.memory = self.scripted.act(seen, None, self.memory, self.fresh)
         action[..., 1] *= self.push_side.side[:, None]
         over = self.sim.step(action).ending
@@ -72,39 +65,3 @@ def test_slots_and_closure_follow_the_same_rules_on_both_sides(scenario):
         assert np.array_equal(one.closed, two.closed)
         closed += one.closed.sum()
     assert closed > 200  # of 1,600 worlds and ticks
-
-
-def test_actions_in_the_mirror_are_mirrored():
-    """By weights under which no hulls touch: where they do depends on which of them comes first."""
-    params, rng = make_params("transport"), np.random.default_rng(11)
-    layers = [
-        (rng.normal(size=(SEEN, 16)) / 5, np.zeros(16)),
-        (rng.normal(size=(16, 2)), np.zeros(2)),
-    ]
-    policies = [NetworkPolicy(layers, Metadata(mirrors=True), params) for _ in range(2)]
-    sims = [Simulation(params, 8), Simulation(params, 8, initial_states=mirrored_start)]
-    seen = [sim.reset(seeds=range(8)) for sim in sims]
-    memories, fresh = [None, None], np.ones(8, dtype=bool)
-    for _ in range(60):
-        decided = [
-            policy.act(sim.sensed, observed, memory, fresh)
-            for policy, sim, observed, memory in zip(policies, sims, seen, memories, strict=True)
-        ]
-        actions, memories = zip(*decided, strict=True)
-        assert not sims[0].sensed.touching.any()
-        np.testing.assert_allclose(actions[0] * [1, -1], actions[1], atol=1e-6)
-        seen = [sim.step(action).observation for sim, action in zip(sims, actions, strict=True)]
-        fresh = np.zeros(8, dtype=bool)
-    one, other = (sim.state.motion for sim in sims)
-    np.testing.assert_allclose(one[..., :3] * MIRROR, other[..., :3], atol=1e-9)
-    assert np.abs(one[:, 1:, 3:5]).max() > 0.05
-
-
-def test_without_a_mirror_the_observation_is_the_environments():
-    params, rng = make_params("push"), np.random.default_rng(0)
-    layers = [(rng.normal(size=(SEEN, 2)), np.zeros(2))]
-    sim = Simulation(params, 4)
-    seen, fresh = sim.reset(seeds=range(4)), np.ones(4, dtype=bool)
-    policy = NetworkPolicy(layers, Metadata(), params)
-    action, _ = policy.act(sim.sensed, seen, None, fresh)
-    assert np.array_equal(action, policy.forward(seen))

@@ -16,7 +16,6 @@ from baselines.evaluate.fingerprints import identify
 from baselines.evaluate.policy_sources import find
 from baselines.learned import policy_file
 from baselines.learned.network import Metadata, NetworkPolicy
-from baselines.learned.phases import Phase
 from baselines.policy import Idle, Random
 from baselines.rollout import runner
 from baselines.rollout.episodes import Label
@@ -127,7 +126,7 @@ def test_a_policy_file_that_does_not_fit_is_refused(
 ):
     file = tmp_path / "mine.npz"
     layers = [(np.zeros(weight), np.zeros(bias))]
-    policy_file.save(file, [Phase(layers, Metadata(**metadata))], {})
+    policy_file.save(file, layers, Metadata(**metadata), {})
     assert message in refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
 
 
@@ -136,10 +135,8 @@ def test_a_policy_file_that_does_not_fit_is_refused(
 )
 def test_a_policy_file_with_metadata_that_make_no_sense_is_refused(tmp_path, capsys, metadata):
     file, layer = tmp_path / "mine.npz", {"weight_0": np.zeros((SEEN, 2)), "bias_0": np.zeros(2)}
-    phase = f'{{"metadata": {metadata}, "patience": null, "team_size": null}}'
-    policy = f'{{"format": "{policy_file.FORMAT}", "phases": [{phase}], "model_card": {{}}}}'
-    arrays = {f"phase_0_{name}": array for name, array in layer.items()}
-    np.savez(file, policy=np.array(policy), **arrays)
+    policy = f'{{"format": "{policy_file.FORMAT}", "metadata": {metadata}, "model_card": {{}}}}'
+    np.savez(file, policy=np.array(policy), **layer)
     message = refused(capsys, *SHORT, "--policies", file, "--out", tmp_path / "none")
     assert f"{file} is not a policy file" in message
 

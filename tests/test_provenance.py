@@ -103,7 +103,7 @@ def test_the_policies_of_the_package_are_covered():
     assert {
         "baselines.scripted.planner",
         "baselines.paper.arcs",
-        "baselines.learned.phases",
+        "baselines.learned.team_view",
     } <= names
     assert not {name for name in names if name.startswith(("baselines.evaluate", "train"))}
 

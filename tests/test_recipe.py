@@ -1,100 +1,96 @@
-"""The recipe of the learned policies: ``python -m train.recipe``."""
+"""The recipe of the policy `learned`: ``python -m train.recipe``."""
 
-import json
-from dataclasses import replace
+import shlex
 
 import pytest
-from train_helpers import same
+import tyro
 
-from asv_env import make_params
-from asv_env.tasks import APPROACH as APPROACH_TASK
-from baselines.evaluate.publish import model_cards
-from baselines.learned import policy_file
-from baselines.rollout import seeds
-from train import recipe
-from train.config import PRESETS
-from train.recipe import APPROACH, Training
-from train.sb3 import export
+from baselines.evaluate.publish import model_card
+from baselines.learned import team_policy
 
-ORIGINAL, ORIGINAL_PAIRS = recipe.TRAININGS, recipe.PAIRS
-"""The recipe of the package, which the other tests replace by a tiny one."""
-PUSH = "second"
-SHORT_APPROACH = replace(APPROACH_TASK, time_limit=8.0)
-TINY = {
-    "worlds": {"num_envs": 4, "time_limit": 5.0, "scenarios": ("noisy",)},
-    "imitation": {"rounds": 0},
-    "ppo": {
-        "num_steps": 16, "num_minibatches": 2, "update_epochs": 1, "critic_updates": 0,
-        "total_timesteps": 256,
-    },
-    "network": {"hidden": (16,)},
-    "evaluation": {"every": 256, "episodes": 1},
-    "checkpoint_every": 256,
-}  # fmt: skip
+torch = pytest.importorskip("torch")
+from train import recipe  # noqa: E402
+from train.recipe import CHECKPOINT, CURVE, POLICY, ROUND, Options  # noqa: E402
+from train.team.team_imitation import Kind, Rounds  # noqa: E402
 
-
-@pytest.fixture(scope="module", autouse=True)
-def tiny_recipe():
-    """A recipe that is over in seconds."""
-    approach = PRESETS["approach"].changed(**TINY, task="test_recipe:SHORT_APPROACH")
-    push = PRESETS["push"].changed(**TINY, task="train_helpers:SHORT")
-    push = push.changed(worlds={"mirror": True})
-    trainings = {
-        APPROACH: Training(approach),
-        "first": Training(push),
-        PUSH: Training(push.changed(network={"hidden": (24,)}), after="first"),
-    }
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(export, "SECONDS", 2.0)
-        patch.setattr(recipe, "TRAININGS", trainings)
-        patch.setattr(recipe, "PAIRS", ((APPROACH, PUSH, None), (APPROACH, "first", 4)))
-        yield
+TINY = [
+    *("--seed", "2", "--rounds", "2", "--kinds", "1", "--boats", "4", "--time", "1"),
+    *("--steps", "1", "--batch", "4", "--episodes", "1", "--every", "1", "--teams", "4"),
+    *("--hulls", "plank", "--tasks", "push", "approach"),
+]
 
 
 @pytest.fixture(scope="module")
 def followed(tmp_path_factory):
-    """Folder of the recipe, with seed 2."""
-    out = tmp_path_factory.mktemp("recipe") / "r"
-    recipe.main(["--out", str(out), "--torch-threads", "1", "--seed", "2"])
+    """Folder of a tiny recipe that has come to its end."""
+    out = tmp_path_factory.mktemp("recipe") / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(recipe, "EVALUATED", (Kind("push"), Kind("transport")))
+        recipe.main([*TINY, "--out", str(out)])
     return out
 
 
-def test_the_recipe_leaves_policy_files(followed):
-    made, card = policy_file.read(followed / "transport.npz")
-    assert [phase.team_size for phase in made] == [None, None, 4, 4]
-    for phase, name in zip(made, (APPROACH, PUSH, APPROACH, "first"), strict=True):
-        own, own_card = policy_file.read_single(followed / name / "best.npz")
-        assert same(phase.layers, own.layers)
-        assert phase.metadata == own.metadata
-        assert own_card in card["phases"]
-        assert own_card["training_seeds"][0] == seeds.TRAINING.start + 2_000_000
-    began = [one["options"]["init_from"] for one in model_cards.trainings(card["phases"][1])]
-    assert began == [None, "best.npz"]
-    (own,) = policy_file.read(followed / "approach.npz")[0]
-    assert own.metadata.tasks == ("approach",)
-    assert policy_file.load(followed / "transport.npz", make_params("push"))
+def test_it_leaves_a_policy_its_curve_and_its_checkpoint(followed):
+    left = {file.name for file in followed.iterdir() if not file.name.startswith(".")}
+    assert left == {POLICY, CURVE, CHECKPOINT}
+    _, card = team_policy.read(followed / POLICY)
+    assert card["training_seeds"] == [1_002_000_000, 1_002_999_999]
+    assert card["rounds"] == 2
+    assert card["seconds"] > 0
+    (score,) = card["development"]  # of the kinds of worlds that the run has
+    assert (score["task"], score["vessel"], score["episodes"]) == ("push", "plank", 1)
+    assert f"`{card['command']}`" in model_card.page(followed / POLICY)
+    assert (followed / CURVE).read_text().count("push, noisy") == 2
 
 
-def test_the_recipe_is_resumed_where_it_was_stopped(followed):
-    stamps = {file: file.stat().st_mtime_ns for file in followed.glob("*/checkpoint.zip")}
-    (followed / PUSH / "checkpoint.zip").unlink()
-    recipe.follow(2, followed, 1)
-    changed = {
-        file.parent.name for file, stamp in stamps.items() if file.stat().st_mtime_ns > stamp
-    }
-    assert changed == {PUSH}
+def test_its_model_card_names_a_command_that_trains_the_same(followed):
+    _, card = team_policy.read(followed / POLICY)
+    program, given = card["command"].split(" --", 1)
+    assert program == recipe.PROGRAM
+    again = tyro.cli(Options, args=shlex.split(f"--{given}"))
+    asked = tyro.cli(Options, args=TINY)
+    assert (again.seed, again.imitation) == (asked.seed, asked.imitation)
+    assert Options().command == f"{program} --seed 0"
 
 
-def test_a_folder_of_another_recipe_is_refused(followed):
-    with pytest.raises(SystemExit, match=r"other options \(seed was 2 and is 1\)"):
-        recipe.main(["--out", str(followed), "--seed", "1", "--torch-threads", "1"])
+def test_the_same_command_does_nothing_more(followed):
+    before = {file: file.stat().st_mtime_ns for file in followed.glob("*.*")}
+    recipe.main([*TINY, "--out", str(followed)])
+    assert {file: file.stat().st_mtime_ns for file in followed.glob("*.*")} == before
 
 
-def test_each_training_of_the_recipe_follows_those_it_needs():
-    assert json.dumps({name: step.config.learned() for name, step in ORIGINAL.items()})
-    names = list(ORIGINAL)
-    for name, step in ORIGINAL.items():
-        for needed in {step.after, step.approach} - {None}:
-            assert names.index(needed) < names.index(name)
-    joined = {name for approach, push, _ in ORIGINAL_PAIRS for name in (approach, push)}
-    assert {APPROACH, *joined} <= set(names)
+def test_a_killed_run_resumes_and_ends_with_the_same_policy(followed, tmp_path, monkeypatch):
+    monkeypatch.setattr(recipe, "EVALUATED", (Kind("push"),))
+    evaluate, seen = recipe._evaluate, []
+
+    def killed(imitation, progress, options):
+        seen.append(imitation.round)
+        if len(seen) == 1:
+            raise KeyboardInterrupt
+        evaluate(imitation, progress, options)
+
+    monkeypatch.setattr(recipe, "_evaluate", killed)
+    given = [*TINY, "--out", str(tmp_path / "run")]
+    with pytest.raises(SystemExit, match="give the same command to continue"):
+        recipe.main(given)
+    assert (tmp_path / "run" / ROUND.format(1)).exists()
+    recipe.main(given)
+    assert seen == [1, 2, 2]
+    (one, card), (other, _) = (team_policy.read(f / POLICY) for f in (tmp_path / "run", followed))
+    assert all((one[name] == other[name]).all() for name in other)
+    assert len(card["software"]) == 1
+
+
+def test_what_makes_no_sense_is_refused_before_anything_is_made(followed, tmp_path):
+    with pytest.raises(SystemExit, match="its run has rounds = 2, not 3"):
+        recipe.main([*TINY, "--rounds", "3", "--out", str(followed)])
+    with pytest.raises(ValueError, match="need 1,024,000 seeds, a run has 1,000,000"):
+        Options(imitation=Rounds(rounds=1000, kinds=8, boats=128))
+
+
+def test_it_is_noted_when_a_run_is_resumed_with_other_code():
+    progress = recipe.Progress()
+    one = {"code": "a", "libraries": {"torch": "2"}, "revision": "r"}
+    for software in (one, one | {"revision": "s"}, one | {"code": "b"}):
+        progress.note(software)
+    assert progress.software == [one, one | {"code": "b"}]

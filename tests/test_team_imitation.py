@@ -7,12 +7,10 @@ import pytest
 
 from asv_env import Simulation, make_params
 from baselines.allocation import AllocationPolicy
-from baselines.learned import team_policy
 from baselines.learned.team_view import TeamView
 from baselines.rollout.loop import rollout
 
 torch = pytest.importorskip("torch")
-from train.team import team_recipe  # noqa: E402
 from train.team.team_imitation import (  # noqa: E402
     LEADS,
     Imitation,
@@ -111,33 +109,3 @@ def test_training_fits_what_was_seen(whole):
     for _ in range(8):
         learner._fit(np.random.default_rng(0))
     assert batch_loss(learner.actor, block, boats).item() < 0.7 * before
-
-
-def test_the_command_writes_a_policy_and_refuses_to_resume_another_run(tmp_path, monkeypatch):
-    monkeypatch.setattr(team_recipe, "EVALUATED", (Kind(scenario="nominal", task="push"),))
-    given = [
-        "--kinds",
-        "1",
-        "--boats",
-        "4",
-        "--time",
-        "1",
-        "--steps",
-        "1",
-        "--batch",
-        "4",
-        "--episodes",
-        "1",
-        "--every",
-        "1",
-    ]
-    given += ["--teams", "4", "--hulls", "plank", "--tasks", "push"]
-    given += ["--out", str(tmp_path / "run")]
-    team_recipe.main([*given, "--rounds", "1"])
-    policy = tmp_path / "run" / team_recipe.POLICY
-    assert team_policy.read(policy)[1]["development"]
-    before = policy.stat().st_mtime_ns
-    team_recipe.main([*given, "--rounds", "1"])
-    assert policy.stat().st_mtime_ns == before
-    with pytest.raises(SystemExit, match="its run has rounds = 1, not 2"):
-        team_recipe.main([*given, "--rounds", "2"])

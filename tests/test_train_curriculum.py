@@ -8,12 +8,8 @@ from train_helpers import tiny
 
 from asv_env import Simulation, make_params
 from asv_env.geometry import wrap
-from asv_env.tasks import TRANSPORT, formation
-from baselines.learned import policy_file
-from baselines.learned.phases import PhasedPolicy
 from baselines.scripted.scripted_policy import ScriptedPolicy
-from train import curriculum
-from train.curriculum import CurriculumStates, along_episodes, scaled_noise, where_pushes_begin
+from train.curriculum import CurriculumStates, along_episodes, scaled_noise
 
 
 @given(progress=st.floats(0, 1), scenario=st.sampled_from(["nominal", "noisy", "harsh"]))
@@ -60,58 +56,12 @@ def test_boats_close_to_the_hull_touch_nothing():
     assert np.abs(simulation.state.motion[:, 1:, :2]).max() < 0.62
 
 
-def test_boats_begin_in_the_slots_of_either_side():
-    params, rng = make_params("transport"), np.random.default_rng(0)
-    sample, sides = CurriculumStates(tiny(curriculum={"slot_starts": 1.0})), []
-    for _ in range(60):
-        boats = sample(params, rng).motion[1:]
-        side = np.sign(boats[:, 1].sum())
-        slots = formation.slots(params, 4)
-        np.testing.assert_allclose(boats[:, 0], slots.real, atol=2e-3)
-        np.testing.assert_allclose(side * boats[:, 1], slots.imag, atol=2e-3)
-        np.testing.assert_allclose(boats[:, 2], -side * np.pi / 2)
-        sides.append(side)
-    assert 15 < sides.count(1.0) < 45
-
-
-class Closing(PhasedPolicy):
-    """Phases of a policy file in which the scripted policy acts."""
-
-    def __init__(self, phases, params):
-        super().__init__(phases, params)
-        self._script, self._memory = ScriptedPolicy(params), None
-
-    def act(self, sensed, observation, memory, fresh):
-        _, memory = super().act(sensed, observation, memory, fresh)
-        action, self._memory = self._script.act(sensed, observation, self._memory, fresh)
-        return action, memory
-
-
-def test_pushes_begin_where_a_rollout_has_brought_the_vessel_into_closure(
-    learned_files, monkeypatch
-):
-    """Seen from the +n side, in closure, also where the team pushes from the other one."""
-    monkeypatch.setattr(curriculum, "PhasedPolicy", Closing)
-    file = policy_file.file_for(TRANSPORT)
-    params = make_params("transport", scenario="noisy", time_limit=90.0)
-    states = where_pushes_begin(file, params, range(10**9, 10**9 + 8))
-    assert len(states.goal) >= 4
-    config = tiny(curriculum={"rollout_starts": 1.0}, worlds={"mirror": True})
-    sample = CurriculumStates(config, states)
-    simulation = Simulation(make_params("push"), 32, initial_states=sample)
-    simulation.reset(seeds=range(32))
-    assert simulation.relations.slot_error.max() < 2 * params.task.slot_distance
-    begun = simulation.state.motion
-    assert all((start == states.motion).all(axis=(1, 2)).any() for start in begun)
-
-
 def test_episodes_begin_in_states_of_the_scripted_policy():
     params = make_params("push", time_limit=40.0)
-    config = tiny(curriculum={"rollout_starts": 1.0}, worlds={"mirror": True})
+    config = tiny(curriculum={"rollout_starts": 1.0})
     simulation = Simulation(params, 2, initial_states=CurriculumStates(config))
     states = along_episodes(ScriptedPolicy(params), simulation, range(10**9, 10**9 + 2))
     start = CurriculumStates(config, states)(params, np.random.default_rng(0))
     assert (start.motion == states.motion).all(axis=(1, 2)).any()
     moving = np.abs(states.motion[:, 0, 3:]).max(axis=1) > 0
     assert moving.mean() > 0.5
-    assert (states.goal[:, 1] <= 0).all()

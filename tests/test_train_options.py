@@ -12,7 +12,7 @@ from train_helpers import layers_of, refusal, same, tiny
 
 from asv_env.sensing import observation
 from baselines.learned import policy_file
-from train import actors, curriculum
+from train import actors
 from train.config import PRESETS, SEEDS_PER_RUN, Config, parse
 from train.launch import open_run
 from train.run import by_name
@@ -52,11 +52,11 @@ def test_an_option_that_a_run_does_not_know_had_its_default(trained, tmp_path):
     shutil.copytree(trained, folder)
     file = folder / "config.json"
     config = json.loads(file.read_text())
-    del config["options"]["curriculum"]["slot_starts"]
+    del config["options"]["curriculum"]["near_starts"]
     file.write_text(json.dumps(config))
     open_run(tiny(out=folder))
-    with pytest.raises(ValueError, match=re.escape("slot_starts was 0.0 and is 0.5")):
-        open_run(tiny(out=folder, curriculum={"slot_starts": 0.5}))
+    with pytest.raises(ValueError, match=re.escape("near_starts was 0.0 and is 0.5")):
+        open_run(tiny(out=folder, curriculum={"near_starts": 0.5}))
 
 
 def test_another_version_of_the_observation_is_refused(trained, monkeypatch):
@@ -101,7 +101,6 @@ def test_overwriting_leaves_what_is_no_run(text, tmp_path):
         (["--init-from", ".", "--imitation.rounds", "0"], "'.'"),
         (["--residual", "0.2"], "set decision_rate = 10"),
         (["--total-timesteps", "0"], "total_timesteps = 0"),
-        (["--curriculum.until-complete"], "until_complete with step = 0"),
         (["--adapt-kl", "-1"], "adapt_kl = -1"),
         (["--target-kl", "0"], "target_kl = 0"),
         (["--time-limit", "-5"], "time_limit = -5"),
@@ -144,27 +143,24 @@ def refused_init(file, *options):
     ("other", "message"),
     [
         ({"activation": "tanh"}, "its activation is 'tanh', that of the training 'relu'"),
-        ({"mirrors": True}, "its mirror is True, that of the training False"),
         ({"residual": 0.5}, "its residual is 0.5, that of the training 0.0"),
         ({"action_repeat": 5}, "its decision_rate is 2, that of the training 5"),
         ({"observation_version": 0}, "observes by version 0"),
     ],
 )
 def test_an_initial_policy_of_another_kind_is_refused(other, message, trained, tmp_path):
-    phase, card = policy_file.read_single(trained / "best.npz")
-    changed = replace(phase, metadata=replace(phase.metadata, **other))
-    policy_file.save(tmp_path / "other.npz", [changed], card)
+    layers, metadata, card = policy_file.read(trained / "best.npz")
+    policy_file.save(tmp_path / "other.npz", layers, replace(metadata, **other), card)
     assert message in refused_init(tmp_path / "other.npz")
 
 
-def test_an_initial_policy_of_other_layers_is_refused(trained, learned_files, tmp_path):
+def test_an_initial_policy_of_other_layers_is_refused(trained, learned_file, tmp_path):
     shutil.copy(trained / "best.npz", tmp_path / "wide.npz")
     sizes = f"[{len(observation.NAMES)}, 16, 16, 2]"
     assert f"wide.npz: layers of sizes {sizes} do not fit" in refused_init(
         tmp_path / "wide.npz", "--hidden", 8, 16
     )
-    several = learned_files / "transport.npz"
-    assert "transport.npz holds 2 networks: it must hold one" in refused_init(several)
+    assert "learned.npz is not a policy file of the format" in refused_init(learned_file)
 
 
 def actor(*hidden):
@@ -194,28 +190,3 @@ def test_a_wider_actor_begins_by_acting_as_the_file(trained):
     assert (last.weight.grad[:, 16:] != 0).any()  # what is new can learn
     with pytest.raises(ValueError, match="or wider"):
         actors.set_layers(actor(16, 8), layers)
-
-
-# ------------------------------------------------------------------ policies that are rolled out
-
-
-def test_a_rollout_policy_of_another_kind_is_refused(trained, learned_files, tmp_path, monkeypatch):
-    monkeypatch.setattr(curriculum, "LEAST_ROLLOUTS", 1)
-    monkeypatch.setattr(curriculum, "ROLLOUTS", 1)
-
-    def refused(file, *options):
-        given = ("--out", tmp_path / "r", "--curriculum.rollout-policy", file, *options)
-        return refusal(*given)
-
-    starts = ("--curriculum.rollout-starts", 0.5)
-    assert "1 networks for a team of 4" in refused(trained / "best.npz", *starts)
-    assert "rollout_starts = 0: no episode would begin" in refused(trained / "best.npz")
-    both = policy_file.read(learned_files / "transport.npz")[0]
-    file = tmp_path / "four.npz"
-    four = [replace(one, team_size=4) for one in both]
-    policy_file.save(file, four, {})
-    assert "four.npz: 0 networks for a team of 6" in refused(file, *starts, "--teams", 6)
-    idle = [replace(one, layers=[(0 * w, 0 * b) for w, b in one.layers]) for one in both]
-    policy_file.save(file, idle, {})
-    assert not (tmp_path / "r").exists()
-    assert "never brought the vessel into closure with 4 boats" in refused(file, *starts)

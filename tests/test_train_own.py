@@ -38,9 +38,9 @@ def own(tmp_path, monkeypatch):
 
 def test_it_is_trained_evaluated_and_exported(own, tmp_path):
     train(tmp_path / "run", *OPTIONS)
-    phase, card = policy_file.read_single(tmp_path / "run/best.npz")
-    assert phase.metadata.tasks == ("short-push",)
-    assert phase.metadata.observation == ("slot", "goal", "own_task:FIRST")
+    _, metadata, card = policy_file.read(tmp_path / "run/best.npz")
+    assert metadata.tasks == ("short-push",)
+    assert metadata.observation == ("slot", "goal", "own_task:FIRST")
     assert card["options"]["task"] == "own_task:SHORT"
     params = make_params(own.SHORT)  # which observes all: the policy takes what it needs
     policy, simulation = policy_file.load(tmp_path / "run/best.npz", params), Simulation(params, 2)

@@ -81,9 +81,9 @@ def test_export_writes_the_best_policy_and_refuses_another(trained, tmp_path, ca
         export.main([str(trained), str(file)])
     other = tmp_path / "other"
     shutil.copytree(trained, other)
-    phase, card = policy_file.read_single(other / "best.npz")
-    moved = replace(phase, layers=[(weight + 0.01, bias) for weight, bias in phase.layers])
-    policy_file.save(other / "best.npz", [moved], card)
+    layers, *rest = policy_file.read(other / "best.npz")
+    moved = [(weight + 0.01, bias) for weight, bias in layers]
+    policy_file.save(other / "best.npz", moved, *rest)
     with pytest.raises(SystemExit, match="differ by up to"):
         export.main([str(other), str(tmp_path / "no.npz")])
     assert not (tmp_path / "no.npz").exists()

@@ -10,14 +10,14 @@ from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.utils import set_random_seed
-from train_helpers import actor_of, same, timesteps, tiny, train
+from train_helpers import tiny, train
 
 from asv_env import Simulation, make_params
 from asv_env.sensing import observation
 from baselines.learned import policy_file
 from train import actors
 from train.run import Run
-from train.sb3 import policies, training
+from train.sb3 import policies
 from train.sb3.ppo import Learner, TorchRolloutBuffer
 from train.sb3.training import Callback
 from train.sb3.vec_env import ResidualVecEnv, TrainingVecEnv
@@ -84,28 +84,6 @@ def test_the_curriculum_advances_where_most_episodes_succeed(succeed, progress, 
         learner.ep_success_buffer = deque([1])
         callback.advance_curriculum()
     assert learner.progress == 1.0
-
-
-def test_a_run_ends_where_the_curriculum_is_complete(monkeypatch, tmp_path, capsys):
-    folder = tmp_path / "run"
-    options = ["--curriculum.until-complete", "--curriculum.start", "0.5"]
-    options += ["--curriculum.step", "0.5", "--imitation.rounds", "0"]
-    train(folder, *options, "--total-timesteps", "512")
-    assert timesteps(folder / "curve.csv") == [0, 512]  # hardly any episode succeeds
-    assert "the curriculum has progressed to 50% only" in capsys.readouterr().err
-
-    monkeypatch.setattr(training, "ADVANCES", 0.0)
-    train(folder, *options, "--overwrite")
-    first, last = timesteps(folder / "curve.csv")
-    assert first == 0 < last < 2048
-    checkpoint = Learner.load(folder / "checkpoint.zip", device="cpu")
-    assert checkpoint.progress == 1.0
-    kept = actor_of(folder)
-    (folder / "curve.csv").write_text("")  # as if killed before the last evaluation
-    for _ in range(2):
-        train(folder, *options)
-        assert timesteps(folder / "curve.csv") == [last]
-        assert same(actor_of(folder), kept)
 
 
 def test_worlds_are_the_same_after_the_same_restart():

@@ -57,8 +57,8 @@ def refusal(*options):
 
 
 def layers_of(file):
-    """Layers of a policy file of one network."""
-    return policy_file.read_single(file)[0].layers
+    """Layers of a policy file."""
+    return policy_file.read(file)[0]
 
 
 def actor_of(folder):

@@ -139,7 +139,7 @@ class Config:
 PRESETS = {
     "approach": Config("approach").changed(imitation={"time": 40.0}),
     "push": Config("push").changed(imitation={"time": 90.0}, worlds={"time_limit": 90.0}),
-    "transport": Config("transport").changed(imitation={"time": 120.0}, worlds={"mirror": True}),
+    "transport": Config("transport").changed(imitation={"time": 120.0}),
 }
 """Default options of the built-in tasks."""
 

@@ -1,32 +1,25 @@
 """Easier episodes, which grow into those of the task as a training progresses.
 
-Goals are nearer, boats begin close to the hull or in their slots, episodes begin in states of a
-rollout. Goals lie ahead of the team and are hardly turned, noise and variation are small: these
-grow with the progress of the curriculum, from 0 to 1.
+Goals are nearer, boats begin close to the hull, episodes begin in states of a rollout. Goals lie
+ahead of the team and are hardly turned, noise and variation are small: these grow with the progress
+of the curriculum, from 0 to 1.
 """
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from asv_env import geometry
 from asv_env.params import NOMINAL_LENGTH, EnvParams
 from asv_env.polygons import complex_corners, gap_to, outline
-from asv_env.presets import make_params
 from asv_env.simulation import Simulation
-from asv_env.tasks import starts
 from asv_env.types import Float, InitialState
 from baselines.distributed import distributed
-from baselines.learned import policy_file
-from baselines.learned.phases import APPROACH, PUSH, PhasedPolicy
 from baselines.policy import Policy
 from baselines.rollout.loop import rollout
 from baselines.scripted.scripted_policy import ScriptedPolicy
 from train.config import Config
 
-MIRROR = np.array([1.0, -1.0, -1.0])  #: factors that mirror a pose about the vessel's axis
 MARGIN = 0.9  #: width of the strip around the hull where boats begin close to it, vessel lengths
 TRIES = 200  #: random places that are tried for each boat there
 ROLLOUTS = 384  #: episodes of rollouts from which states are taken, over all groups of worlds
@@ -96,19 +89,14 @@ class CurriculumStates:
         if goal is not None:
             return start
         options = self.config.curriculum
-        near_goal, near_hull, in_slots, from_rollout = rng.random(4)
+        near_goal, near_hull, from_rollout = rng.random(3)
         if self.states is not None and from_rollout < options.rollout_starts:
             return self.states.sample(start, rng)
-        if self.config.worlds.mirror and start.goal[1] > 0:
-            start.goal *= MIRROR
-            start.motion[:, :3] *= MIRROR
         _turn_goal_ahead(start, self.progress)
         if near_goal < options.near_goals:
             start.goal *= rng.random()
         if near_hull < options.near_starts:
             _place_near_hull(start.motion, params, rng)
-        if in_slots < options.slot_starts:
-            starts.put_into_slots(start.motion, params, rng.choice([1.0, -1.0]))
         return start
 
 
@@ -153,9 +141,6 @@ def rollout_states(config: Config, team: int, scenario: str) -> RolloutStates | 
     groups = config.worlds.groups(config.worlds.num_envs)
     number = max(LEAST_ROLLOUTS, ROLLOUTS // len(groups))
     seeds = range(config.first_seed, config.first_seed + number)
-    if config.curriculum.rollout_policy is not None:
-        params = make_params("transport", team, scenario)
-        return where_pushes_begin(config.curriculum.rollout_policy, params, seeds)
     params = config.params(team, scenario)
     simulation = Simulation(params, number, initial_states=CurriculumStates(config))
     return along_episodes(distributed(ScriptedPolicy(params), params), simulation, seeds)
@@ -172,32 +157,3 @@ def along_episodes(policy: Policy, simulation: Simulation, seeds: range) -> Roll
         if len(motion) * len(seeds) >= MOST_STATES:
             break
     return RolloutStates(np.concatenate(motion), np.concatenate(goal))
-
-
-def where_pushes_begin(file: Path, params: EnvParams, seeds: range) -> RolloutStates:
-    """Returns the states of Transport in which a policy of several phases begins to push.
-
-    They are mirrored so that the team pushes from the +n side.
-
-    Raises:
-        ValueError, FileNotFoundError: the file is no such policy; it never begins to push.
-    """
-    simulation = Simulation(params, len(seeds))
-    policy = distributed(PhasedPolicy(policy_file.read(file)[0], params), params)
-    before = np.full(len(seeds), APPROACH)
-    motion, goal = [], []
-    for tick in rollout(simulation, policy.act, seeds, params.time_limit_ticks):
-        memory = tick.memory
-        views = len(memory.state) // len(seeds)  # where boats differ, the first one's counts
-        state, sides = memory.state[::views], memory.push_side.side[::views]
-        begins = (state == PUSH) & (before == APPROACH)
-        before, side = state, sides[begins]
-        motion.append(geometry.mirrored(tick.state.motion[begins], side))
-        goal.append(geometry.mirrored(tick.state.goal[begins], side))
-    states = RolloutStates(np.concatenate(motion), np.concatenate(goal))
-    if not len(states.goal):
-        raise ValueError(
-            f"--curriculum.rollout-policy {file}: it never brought the vessel into closure with "
-            f"{params.num_boats} boats; take a policy with a better approach"
-        )
-    return states

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from asv_env.files import write_text
-from asv_env.params import NOMINAL_LENGTH, EnvParams, TaskParams
+from asv_env.params import NOMINAL_LENGTH, EnvParams
 from baselines.learned.network import Layers, Metadata, NetworkPolicy
 from baselines.rollout import runner, typed_csv
 from baselines.rollout.episodes import Episode
@@ -46,11 +46,9 @@ def evaluate(
         ValueError: it gives actions that are no numbers, or fails in another way.
     """
     options, make = config.evaluation, partial(NetworkPolicy, layers, metadata)
-    # A mirrored policy for Push pushes from the side away from the goal.
-    mirrors = config.worlds.mirror and config.definition.starts_grasped
     scores = []
     for team, scenario in config.worlds.groups(config.worlds.num_envs):
-        params = config.params(team, scenario, side="goal" if mirrors else TaskParams.side)
+        params = config.params(team, scenario)
         logs = runner.run(make, params, options.seeds, options.episodes)
         episodes = [log.episode for log in logs]
         if wrong := next((episode.error for episode in episodes if episode.error), None):
@@ -78,7 +76,7 @@ def score(
         success=len(done) / len(episodes),
         median_time=_median([episode.duration for episode in done]),
         position_error=_median([episode.position_error for episode in done]),
-        heading_error=_median([abs(episode.heading_error or 0.0) for episode in done]),
+        heading_error=_median([e.heading_error and abs(e.heading_error) for e in done]),
         penalised_time=float(np.mean(times)) / (params.vessel.size / NOMINAL_LENGTH),
     )
 

@@ -5,11 +5,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from asv_env.presets import make_params
 from asv_env.sensing import observation
 from baselines.learned import policy_file
 from baselines.learned.network import Layers, NetworkPolicy
-from baselines.learned.phases import PhasedPolicy
 from baselines.rollout import trajectories
 from train import actors
 from train.config import CONTROL_RATE, Config
@@ -28,7 +26,6 @@ def open_run(config: Config) -> tuple[Run, Layers | None]:
     """
     layers, model_card = _initial_policy(config)
     _check_demonstrations(config)
-    _check_rollout_policy(config)
     if config.tracking.track:
         try:
             import wandb  # noqa: F401
@@ -43,8 +40,7 @@ def _initial_policy(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[Non
     """Returns layers and model card of the policy file with which learning begins, if any."""
     if config.init_from is None:
         return None, None
-    phase, model_card = policy_file.read_single(config.init_from)
-    layers, metadata = phase.layers, phase.metadata
+    layers, metadata, model_card = policy_file.read(config.init_from)
     with _naming(f"--init-from {config.init_from}"):
         as_here = replace(metadata, tasks=(config.definition.name,))
         NetworkPolicy(layers, as_here, config.params())
@@ -52,7 +48,6 @@ def _initial_policy(config: Config) -> tuple[Layers, dict[str, Any]] | tuple[Non
         options = {
             "activation": (metadata.activation, config.network.activation),
             "observation": (metadata.observation, config.observed),
-            "mirror": (metadata.mirrors, config.worlds.mirror),
             "residual": (metadata.residual, config.network.residual),
             "decision_rate": (CONTROL_RATE // metadata.action_repeat, config.worlds.decision_rate),
         }
@@ -94,17 +89,6 @@ def _check_demonstrations(config: Config) -> None:
         }
         with _naming(file):
             _check_equal(options)
-
-
-def _check_rollout_policy(config: Config) -> None:
-    """Refuses a policy file that cannot be rolled out with every team."""
-    file = config.curriculum.rollout_policy
-    if file is None:
-        return
-    phases, _ = policy_file.read(file)
-    with _naming(f"--curriculum.rollout-policy {file}"):
-        for team in config.worlds.teams:
-            PhasedPolicy(phases, make_params("transport", team))
 
 
 @contextmanager

@@ -1,191 +1,227 @@
-"""A recipe of learned policies: ``python -m train.recipe``.
+"""Trains the policy `learned`: ``python -m train.recipe --seed 0``.
 
-Several trainings, some of which begin with what the one before them has learned. At the end
-networks that approach the vessel and networks that push it are joined: ``transport.npz`` is a
-policy for Push and Transport, with two networks for every team and two for teams of four;
-``approach.npz`` is one for Approach. Each training is a run of ``python -m train`` with a folder of
-its own; the same command resumes where it was stopped.
+One policy for all teams, hulls, waters and tasks. Its only stage is imitation, see
+``train.team.team_imitation``. The same command resumes where it was stopped, and ends with the same
+policy. The folder holds ``policy.npz``, the policy with averaged weights and its model card;
+``curve.csv``, its success on development seeds; and ``checkpoint.pt``, with what was seen in each
+round until the end.
 """
 
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, fields
+from functools import partial
 from pathlib import Path
+from typing import Annotated, Any
 
-from asv_env.files import write_bytes
-from baselines.learned import policy_file
-from baselines.learned.policy_file import SUFFIX
+import tyro
+
+from asv_env.checks import check_whole
+from asv_env.files import write
+from baselines.learned import team_policy
+from baselines.learned.team_policy import TeamPolicy
+from baselines.rollout import extras, seeds
 from baselines.rollout.commands import FilePath, command
-from baselines.rollout.lock import locked
-from train.config import PRESETS, Config
-from train.run import BEST
+
+PROGRAM = "python -m train.recipe"
+with extras.needed(PROGRAM):
+    import torch
+    from tqdm import tqdm
+
+    from baselines.rollout import runner
+    from baselines.rollout.lock import locked
+    from train import evaluation
+    from train.config import SEEDS_PER_RUN
+    from train.evaluation import Score
+    from train.run import COMMON, software
+    from train.team.team_imitation import Block, Imitation, Kind, Rounds
+
+POLICY, CURVE, CHECKPOINT, ROUND = "policy.npz", "curve.csv", "checkpoint.pt", "round-{}.pt"
+EVALUATED = (
+    Kind(),
+    Kind(scenario="nominal"),
+    Kind(scenario="gyre"),
+    Kind(num_boats=3),
+    Kind(num_boats=8),
+    Kind(vessel="square"),
+    Kind(vessel="L"),
+    Kind("push"),
+    Kind("approach"),
+)
+"""Kinds of worlds of the curve, as far as the run has them."""
 
 
 @dataclass(frozen=True)
-class Training:
-    """One training of the recipe."""
+class Options:
+    """Trains one policy for all teams, hulls, waters and tasks; the same command resumes."""
 
-    config: Config  #: options of the run, but for its seed, its folder and its initial policy
-    after: str | None = None  #: name of the training with whose best policy it begins
-    approach: str | None = None
-    """Name of a training of Approach: pushes then begin where its policy reaches closure."""
+    seed: int = 0  #: of the run; the seeds of its worlds follow from it
+    out: FilePath | None = None  #: folder of the run; by default runs/train/recipe-SEED
+    imitation: Annotated[Rounds, tyro.conf.arg(name="")] = field(default_factory=Rounds)
+    every: int = 4  #: rounds between evaluations
+    episodes: int = 50  #: episodes of each kind of worlds in an evaluation
+    torch_threads: int = 1  #: threads of the learner
 
+    def __post_init__(self) -> None:
+        check_whole(self, "seed", 0)
+        check_whole(self, "every episodes torch_threads", 1, 10**6)
+        seeds.check(self.seeds, "training")
+        rounds, kinds, boats = (getattr(self.imitation, n) for n in ("rounds", "kinds", "boats"))
+        if rounds * kinds * boats > SEEDS_PER_RUN:
+            raise ValueError(
+                f"rounds = {rounds} of {kinds} kinds of worlds with {boats} boats each need "
+                f"{rounds * kinds * boats:,} seeds, a run has {SEEDS_PER_RUN:,}: take fewer of them"
+            )
 
-APPROACH = "approach"  #: name of the training of ``approach.npz``, for all teams
-APPROACH_FOUR = "approach-four"  #: name of the training that approaches with four boats
-PAIRS = ((APPROACH, "push-teams", None), (APPROACH_FOUR, "push-finely", 4))
-"""Trainings of Approach and Push that make ``transport.npz``, and the only team size of each."""
-PATIENCE = 34.0  #: time after which a push is given up, s for a vessel of 0.40 m
-FIRST_PUSH = PRESETS["push"].changed(
-    worlds={"mirror": True, "time_limit": 45.0, "num_envs": 64},
-    curriculum={"near_goals": 0.15, "step": 0.03, "until_complete": True},
-    imitation={"rounds": 0},
-    ppo={
-        "critic_updates": 0,
-        "num_steps": 128,
-        "update_epochs": 3,
-        "gamma": 0.99,
-        "actor_learning_rate": 3e-4,
-        "anneal_lr": False,
-        "ent_coef": 0.002,
-        "total_timesteps": 200_000_000,
-    },
-    network={"log_std_init": -0.7, "log_std_min": -1.7},
-)
-"""Options of a push that is learned from scratch, until goals lie in all directions: the later
-trainings do not teach those that this one has not learned."""
-LATER_PUSH = FIRST_PUSH.changed(
-    worlds={"scenarios": ("noisy", "nominal", "mismatch", "gyre")},
-    curriculum={"rollout_starts": 0.5, "near_goals": 0.25, "step": 0.0, "until_complete": False},
-    ppo={"critic_updates": 10, "ent_coef": 0.001},
-)
-"""Options of a push that begins with one that has been learned."""
-FINE_PUSH = LATER_PUSH.changed(
-    worlds={"scenarios": ("noisy", "noisy", "noisy", "nominal", "mismatch")},
-    curriculum={"rollout_starts": 0.6},
-    ppo={"adapt_kl": 0.006, "num_minibatches": 4},
-)
-"""Options of the last push for four boats."""
-TEAM_PUSH = LATER_PUSH.changed(
-    worlds={
-        "teams": (3, 4, 4, 4, 6, 6, 8, 8, 12),
-        "scenarios": ("noisy", "noisy", "mismatch", "failure"),
-        "num_envs": 324,
-        "time_limit": 40.0,
-    },
-    ppo={"num_steps": 20, "gamma": 0.994, "adapt_kl": 0.01},
-    network={"hidden": (256, 256)},
-    evaluation={"every": 20_000_000, "episodes": 10},
-)
-"""Options of a push for all teams."""
-TO_SLOTS = PRESETS["approach"].changed(
-    worlds={"time_limit": 60.0},
-    curriculum={"near_starts": 0.25, "slot_starts": 0.15},
-    ppo={"gamma": 0.98, "total_timesteps": 10_000_000},
-    network={"log_std_init": -2.7},
-)
-"""Options of an approach for four boats."""
-TO_SLOTS_TEAMS = TO_SLOTS.changed(
-    worlds={"teams": (2, 3, 4, 4, 6, 8, 12), "scenarios": ("noisy", "nominal", "failure")},
-    ppo={"total_timesteps": 12_000_000},
-    evaluation={"episodes": 40},
-)
-"""Options of an approach for all teams."""
+    @property
+    def seeds(self) -> range:
+        """Seeds of the worlds of the run."""
+        first = seeds.TRAINING.start + self.seed * SEEDS_PER_RUN
+        return range(first, first + SEEDS_PER_RUN)
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the run."""
+        return self.out or Path(f"runs/train/recipe-{self.seed}")
+
+    @property
+    def command(self) -> str:
+        """The command that trains the same policy."""
+        words = [PROGRAM, "--seed", str(self.seed)]
+        for option in fields(Rounds):
+            value = getattr(self.imitation, option.name)
+            if value != option.default:
+                listed = value if isinstance(value, tuple) else (value,)
+                words += [f"--{option.name.replace('_', '-')}", *map(str, listed)]
+        return " ".join(words)
 
 
-def _push(after: str, timesteps: int, log_std: Sequence[float], config: Config) -> Training:
-    """Returns a push after another one; ``log_std`` are the initial and the least."""
-    noise = dict(zip(("log_std_init", "log_std_min"), log_std, strict=True))
-    config = config.changed(ppo={"total_timesteps": timesteps}, network=noise)
-    return Training(config, after, APPROACH if len(config.worlds.teams) > 1 else APPROACH_FOUR)
+@dataclass
+class Progress:
+    """What a run keeps beside what it has learned."""
+
+    seconds: float = 0.0  #: time of the training until then, evaluations included, s
+    software: list[dict[str, Any]] = field(default_factory=list)
+    """Code, libraries and machine; several where a run was resumed with others."""
+
+    def note(self, now: dict[str, Any]) -> None:
+        """Notes the software of now, where its code or libraries are others than before."""
+        known = [(one["code"], one["libraries"]) for one in self.software]
+        if (now["code"], now["libraries"]) not in known:
+            self.software.append(now)
 
 
-TRAININGS = {
-    APPROACH: Training(TO_SLOTS_TEAMS),
-    APPROACH_FOUR: Training(TO_SLOTS),
-    "push": Training(FIRST_PUSH),
-    "push-on": _push("push", 14_000_000, (-2.1, -2.4), LATER_PUSH),
-    "push-exactly": _push("push-on", 18_000_000, (-2.6, -3.0), LATER_PUSH),
-    "push-finely": _push("push-exactly", 8_000_000, (-3.3, -3.5), FINE_PUSH),
-    "push-teams": _push("push-finely", 70_000_000, (-2.4, -3.0), TEAM_PUSH),
-}
-"""The recipe, in the order in which it is followed."""
-
-
-def follow(seed: int = 0, out: FilePath | None = None, torch_threads: int = 2) -> None:
-    """Train policies like those of this package, but for what is trained already.
-
-    Args:
-        seed: Seed of the trainings.
-        out: Folder; by default runs/train/recipe-SEED.
-        torch_threads: Threads of the learner.
+def follow(options: Annotated[Options, tyro.conf.arg(name="")]) -> None:
+    """Trains, from the beginning or from the last round of the run.
 
     Raises:
-        ValueError, OSError: a folder holds something else; see ``train.launch.open_run``.
+        ValueError, OSError: the folder holds a run of other options, or cannot be used.
     """
-    from train.sb3 import training  # needs torch, which takes its time
-
-    out = out or Path(f"runs/train/recipe-{seed}")
+    out, progress = options.folder, Progress()
+    torch.set_num_threads(options.torch_threads)
     with locked(out):
-        _follow(seed, out, torch_threads, training.train)
+        imitation = Imitation(options.imitation, options.seeds.start)
+        if (out / CHECKPOINT).exists():
+            progress = _resume(imitation, out)
+        _train(imitation, progress, options)
+        for file in out.glob(ROUND.format("*")):
+            file.unlink()
 
 
-def _follow(seed: int, out: Path, torch_threads: int, train: Callable[[Config], None]) -> None:
-    """Trains what is not trained yet, and joins the networks."""
-    for name in TRAININGS:
-        print(f"{name}: {out / name}", file=sys.stderr)
-        config = config_of(name, out).changed(seed=seed, compute={"torch_threads": torch_threads})
-        train(config)
-        if config.init_from and not policy_file.read(out / name / BEST)[1]["timesteps"]:
-            print(f"{name}: nothing better than its initial policy", file=sys.stderr)
-    write_bytes(out / f"approach{SUFFIX}", _checked(out / APPROACH).read_bytes())
-    join(out, PAIRS, out / f"transport{SUFFIX}")
+def _train(imitation: Imitation, progress: Progress, options: Options) -> None:
+    """Trains to the last round."""
+    out, rounds = options.folder, options.imitation.rounds
+    began = time.monotonic() - progress.seconds
+    if imitation.round < rounds:
+        progress.note(software(COMMON))
+    with tqdm(total=rounds, initial=imitation.round, unit=" round", file=sys.stderr) as bar:
+        while imitation.round < rounds:
+            loss = imitation.advance()
+            progress.seconds = time.monotonic() - began
+            bar.set_postfix_str(f"loss {loss:.4f}", refresh=False)
+            bar.update()
+            _keep(imitation, progress, out)
+            if imitation.round % options.every == 0:
+                _evaluate(imitation, progress, options)
+    _evaluate(imitation, progress, options)
 
 
-def config_of(name: str, out: Path) -> Config:
-    """Returns the options of a training with its folder and initial policy, of those before it."""
-    step = TRAININGS[name]
-    config = step.config.changed(out=out / name)
-    if step.after is None:
-        return config
-    config = config.changed(init_from=out / step.after / BEST)
-    if step.approach is None:
-        return config
-    joined = out / f"{step.after}-joined{SUFFIX}"
-    if not joined.exists():
-        join(out, [(step.approach, step.after, None)], joined)
-    return config.changed(curriculum={"rollout_policy": joined})
+def _keep(imitation: Imitation, progress: Progress, out: Path) -> None:
+    """Writes what the round has seen, then the checkpoint."""
+    new = [tuple(block) for block in imitation.blocks[-imitation.options.kinds :]]
+    write(out / ROUND.format(imitation.round), partial(torch.save, new))
+    kept = {"options": _asked(imitation), **vars(progress), **imitation.state()}
+    write(out / CHECKPOINT, partial(torch.save, kept))
 
 
-def join(out: Path, pairs: Sequence[tuple[str, str, int | None]], file: Path) -> None:
-    """Writes a policy file of networks that approach and networks that push.
-
-    Args:
-        out: folder of the recipe.
-        pairs: names of the training of one of each, and the only team size that uses them.
-        file: to be written.
-
-    Raises:
-        ValueError: a policy file differs from the network that was trained.
-    """
-    phases, model_cards = [], []
-    for approach, push, team_size in pairs:
-        for name, patience in ((approach, None), (push, PATIENCE)):
-            phase, model_card = policy_file.read_single(_checked(out / name))
-            phases.append(replace(phase, patience=patience, team_size=team_size))
-            model_cards.append(model_card)
-    policy_file.save(file, phases, {"phases": model_cards})
+def _asked(imitation: Imitation) -> dict[str, Any]:
+    """Returns all that decides what is learned."""
+    return {"first seed": imitation.first_seed, **asdict(imitation.options)}
 
 
-def _checked(run: Path) -> Path:
-    """Returns the best policy file of a run, compared with the network that was trained."""
-    from train.sb3 import export
+def _resume(imitation: Imitation, out: Path) -> Progress:
+    """Continues a run; returns its progress."""
+    kept = torch.load(out / CHECKPOINT, weights_only=True)
+    if kept["options"] != (asked := _asked(imitation)):
+        name = next(name for name in asked if kept["options"].get(name) != asked[name])
+        raise ValueError(
+            f"{out}: its run has {name} = {kept['options'].get(name)!r}, not {asked[name]!r}: "
+            "choose another folder with --out"
+        )
+    resumes = kept["round"] < imitation.options.rounds
+    files = [out / ROUND.format(n + 1) for n in range(kept["round"] if resumes else 0)]
+    stored = (block for file in files for block in torch.load(file, weights_only=True))
+    imitation.restore(kept, (Block(*block) for block in stored))
+    return Progress(kept["seconds"], kept["software"])
 
-    export.check(run)
-    return run / BEST
+
+def _evaluate(imitation: Imitation, progress: Progress, options: Options) -> None:
+    """Adds the success of the averaged policy to the curve, and writes it, if it is a new one."""
+    curve, decisions = options.folder / CURVE, imitation.decisions
+    if evaluation.last_timesteps(curve) >= decisions:
+        return
+    weights, first = imitation.averaged.weights(), seeds.DEVELOPMENT.start
+    kinds = list(filter(options.imitation.has, EVALUATED))
+    scores: list[Score] = []
+    for kind in kinds:
+        params, count = kind.params, options.episodes
+        logs = runner.run(partial(TeamPolicy, weights), params, range(first, first + count), count)
+        episodes = [log.episode for log in logs]
+        scores.append(evaluation.score(episodes, params, _named(kind), decisions, progress.seconds))
+    card = _model_card(imitation, progress, options, kinds, scores)
+    team_policy.save(options.folder / POLICY, weights, card)
+    evaluation.append_to_curve(curve, scores)
 
 
-main = command(follow, "python -m train.recipe")
+def _named(kind: Kind) -> str:
+    """Returns the name of a kind of worlds in the curve, which has the team beside it."""
+    usual = Kind()
+    words = [(kind.task, usual.task), (kind.scenario, None), (kind.vessel, usual.vessel)]
+    return ", ".join(word for word, default in words if word != default)
+
+
+def _model_card(
+    imitation: Imitation,
+    progress: Progress,
+    options: Options,
+    kinds: Sequence[Kind],
+    scores: Sequence[Score],
+) -> dict[str, Any]:
+    """Returns where the policy comes from, and its scores."""
+    pairs = zip(kinds, scores, strict=True)
+    return {
+        "command": options.command,
+        "options": asdict(options.imitation),
+        "rounds": imitation.round,
+        "decisions": imitation.decisions,
+        "training_seeds": [options.seeds.start, options.seeds.stop - 1],
+        **asdict(progress),
+        "development": [vars(score) | vars(kind) for kind, score in pairs],
+    }
+
+
+main = command(follow, PROGRAM)
 
 if __name__ == "__main__":
     main()

@@ -14,6 +14,7 @@
 import json
 import platform
 import sys
+from collections.abc import Sequence
 from typing import Any
 from uuid import uuid4
 
@@ -23,7 +24,6 @@ from asv_env.files import PREFIX, named, remove, write_text
 from asv_env.sensing import observation
 from baselines.learned import policy_file
 from baselines.learned.network import Layers, Metadata
-from baselines.learned.phases import Phase
 from baselines.rollout import provenance
 from baselines.rollout.lock import NAME as LOCK
 from baselines.rollout.lock import lock
@@ -85,15 +85,19 @@ class Run:
             remove(self.folder / name)
         options, version = self.config.learned(), observation.VERSION
         written = {"options": options, "began_with": began_with, "observation_version": version}
-        self._write_config(written | {"id": uuid4().hex[:12]} | _software(self.config))
+        self._write_config(written | {"id": uuid4().hex[:12]} | self._software)
 
     def note_code(self) -> None:
         """Notes in ``config.json`` where a run is resumed by other code or libraries."""
-        config, now = self._read_config() or {}, _software(self.config)
+        config, now = self._read_config() or {}, self._software
         parts = [config, *config.get("resumed_with", [])]
         if any(parts[-1].get(name) != now[name] for name in ("code", "libraries")):
             print(f"{self.folder} is resumed with other code or libraries", file=sys.stderr)
             self._write_config(config | {"resumed_with": [*parts[1:], now]})
+
+    @property
+    def _software(self) -> dict[str, Any]:
+        return software(LIBRARIES[self.config.engine])
 
     def _write_config(self, config: dict[str, Any]) -> None:
         write_text(self.folder / CONFIG, json.dumps(config, indent=2) + "\n")
@@ -157,7 +161,7 @@ class Run:
 
     def save_policy(self, name: str, layers: Layers, model_card: dict[str, Any]) -> None:
         """Writes a policy file into the folder."""
-        policy_file.save(self.folder / name, [Phase(layers, self.metadata)], model_card)
+        policy_file.save(self.folder / name, layers, self.metadata, model_card)
 
     @property
     def metadata(self) -> Metadata:
@@ -168,7 +172,6 @@ class Run:
             activation=network.activation,
             action_repeat=CONTROL_RATE // config.worlds.decision_rate,
             residual=network.residual,
-            mirrors=config.worlds.mirror,
             observation=config.observed,
         )
 
@@ -182,12 +185,12 @@ def by_name(options: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _software(config: Config) -> dict[str, Any]:
+def software(libraries: Sequence[str]) -> dict[str, Any]:
     """Returns the code, the libraries and the machine of a training."""
     return {
         "code": provenance.code("train"),
         "revision": revision(),
-        "libraries": provenance.versions(LIBRARIES[config.engine]),
+        "libraries": provenance.versions(libraries),
         "python": platform.python_version(),
         "machine": platform.machine(),
     }

@@ -30,7 +30,6 @@ class WorldOptions:
     observation: tuple[str, ...] = ()  #: features of an observation, or "module:NAME"; default: all
     decision_rate: int = 5  #: rate of the policy, Hz
     time_limit: float | None = None  #: of an episode, s for a vessel of 0.40 m; default: the task's
-    mirror: bool = False  #: train with goals ahead of the team only, mirroring the world for others
 
     def __post_init__(self) -> None:
         for scenario in self.scenarios:
@@ -70,27 +69,13 @@ class CurriculumOptions:
     """Initial progress of the curriculum, 0 to 1: the bearing and the turn of goals, noise and
     variation are scaled by the progress."""
     step: float = 0.0  #: progress added where most episodes succeed; 0: the full task at once
-    until_complete: bool = False  #: end at progress 1, at total_timesteps at the latest
     near_goals: float = 0.0  #: fraction of episodes with a goal at a random part of its distance
     near_starts: float = 0.0  #: fraction of episodes in which the boats begin close to the hull
-    slot_starts: float = 0.0  #: fraction of episodes in which the boats begin in their slots
-    rollout_starts: float = 0.0  #: fraction of episodes that begin in a state of a rollout
-    rollout_policy: FilePath | None = None
-    """Policy file with several phases, to roll out in place of the scripted policy; episodes then
-    begin in the states where it has brought the vessel into closure and begins to push."""
+    rollout_starts: float = 0.0
+    """Fraction of episodes that begin in a state of a rollout of the scripted policy."""
 
     def __post_init__(self) -> None:
-        check_numbers(self, "start step near_goals near_starts slot_starts rollout_starts", 0, 1)
-        if self.rollout_policy is not None and not self.rollout_starts:
-            raise ValueError(
-                f"rollout_policy = {self.rollout_policy} with rollout_starts = 0: no episode would "
-                "begin in its states; set rollout_starts to the fraction of those that shall"
-            )
-        if self.until_complete and not self.step:
-            raise ValueError(
-                "until_complete with step = 0: the curriculum is complete from the beginning, and "
-                "the training would end there; set curriculum.step"
-            )
+        check_numbers(self, "start step near_goals near_starts rollout_starts", 0, 1)
 
     @property
     def first_progress(self) -> float:

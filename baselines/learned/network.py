@@ -9,11 +9,10 @@ import numpy as np
 from asv_env.checks import check_numbers, check_whole, choice
 from asv_env.params import EnvParams
 from asv_env.sensing import observation
-from asv_env.sensing.observation import DEFAULT, VERSION, Feature
+from asv_env.sensing.observation import DEFAULT, VERSION, Feature, observe
 from asv_env.tasks import TASKS
 from asv_env.tasks.task import Task
 from asv_env.types import Action, Bool, Float, Int, Observation, Sensed
-from baselines.mirror import PushSide, image, view
 from baselines.scripted.scripted_policy import ScriptedPolicy
 
 Layers = Sequence[tuple[Float, Float]]
@@ -37,7 +36,6 @@ class Metadata:
     activation: str = "tanh"  #: function between the layers, a key of ``ACTIVATIONS``
     action_repeat: int = 1  #: control ticks between two decisions
     residual: float = 0.0  #: fraction of a full action by which it corrects the scripted policy
-    mirrors: bool = False  #: whether it sees mirror images of goals behind the team; see ``mirror``
     observation: tuple[str, ...] = tuple(f.name for f in DEFAULT)  #: features, in their order
     observation_version: int = VERSION  #: version of the observation when it was trained
 
@@ -61,7 +59,6 @@ class NetworkMemory:
     action: Action  #: (W, A, 2) latest action of the network
     ticks: Int  #: (W,) control ticks since the network decided
     scripted: Any = None  #: memory of the scripted policy that is corrected, if one is
-    push_side: PushSide | None = None  #: sides of the teams, for mirror images
 
 
 class NetworkPolicy:
@@ -75,7 +72,7 @@ class NetworkPolicy:
         _check_fit(metadata, params)
         self._features = _features(metadata, params)
         _check_sizes(layers, self._features)
-        self._observes = metadata.mirrors or self._features != observation.features(params)
+        self._observes = self._features != observation.features(params)
         self._layers = [(np.asarray(w, np.float32), np.asarray(b, np.float32)) for w, b in layers]
         self._activate = ACTIVATIONS[metadata.activation]
         self._metadata, self._params = metadata, params
@@ -88,33 +85,17 @@ class NetworkPolicy:
         if memory is None:
             none = np.zeros((len(fresh), 1, 2), dtype=np.float32)
             memory = NetworkMemory(none, np.full(len(fresh), -1))
-        action, push_side = self._decide(sensed, observation, memory, fresh)
+        seen = observe(self._features, sensed, self._params) if self._observes else observation
+        action = self.forward(seen)
         ticks = memory.ticks + 1
         due = fresh | (ticks % self._metadata.action_repeat == 0)
         action = np.where(due[:, None, None], action, memory.action)
-        after = NetworkMemory(action, np.where(due, 0, ticks), push_side=push_side)
+        after = NetworkMemory(action, np.where(due, 0, ticks))
         if self._scripted is None:
             return action, after
         scripted, after.scripted = self._scripted.act(sensed, observation, memory.scripted, fresh)
         corrected = np.clip(scripted + self._metadata.residual * action, -1.0, 1.0)
         return corrected.astype(np.float32), after
-
-    def _decide(
-        self, sensed: Sensed, observation: Observation, memory: NetworkMemory, fresh: Bool
-    ) -> tuple[Action, PushSide | None]:
-        """Returns the network's action now (W, A, 2), and the sides from which teams push."""
-        push_side = None
-        if self._metadata.mirrors:
-            sensed, push_side = view(self._params, sensed, memory.push_side, fresh)
-        if self._observes:
-            observation = observe(sensed, self._features, self._params)
-            if push_side is not None and self._params.vessel.outline is not None:
-                mirrored = observe(sensed, self._features, image(self._params))
-                observation = np.where(push_side.side[:, None, None] < 0, mirrored, observation)
-        action = self.forward(observation)
-        if push_side is not None:
-            action[..., 1] *= push_side.side[:, None].astype(np.float32)
-        return action, push_side
 
     def forward(self, observation: Observation) -> Action:
         """Returns the network's outputs (W, A, 2), clipped to [-1, 1], for observations (W, A, K).
@@ -126,11 +107,6 @@ class NetworkPolicy:
         for number, (weight, bias) in enumerate(self._layers):
             x = np.matmul(self._activate(x) if number else x, weight) + bias
         return np.clip(x, -1.0, 1.0).astype(np.float32)
-
-
-def observe(sensed: Sensed, features: tuple[Feature, ...], params: EnvParams) -> Observation:
-    """Returns observations (W, A, K) by some features, of a mirror image for instance."""
-    return observation.observe(features, sensed, params)
 
 
 def _features(metadata: Metadata, params: EnvParams) -> tuple[Feature, ...]:

@@ -42,14 +42,14 @@ def check(run: Path) -> float:
     for needed in (file, model):
         if not needed.exists():
             raise FileNotFoundError(f"{needed} does not exist; has the run been evaluated yet?")
-    phase, card = policy_file.read_single(file)
-    network = _network(model, phase.metadata.activation)
+    layers, metadata, card = policy_file.read(file)
+    network = _network(model, metadata.activation)
     try:
         task = card["options"]["task"]
     except (KeyError, TypeError) as error:
         raise ValueError(f"{file}: its model card has no options of a training") from error
-    params = make_params(task, observation=phase.metadata.observation)
-    policy = NetworkPolicy(phase.layers, phase.metadata, params)
+    params = make_params(task, observation=metadata.observation)
+    policy = NetworkPolicy(layers, metadata, params)
 
     def act(sensed: Any, observation: Observation, *_: Any) -> tuple[Action, None]:
         return policy.forward(observation), None

@@ -159,11 +159,6 @@ class Learner(PPO):
         elif ratio < 1 / TOLERANCE:
             self.actor_rate = min(self.actor_rate * RATE_FACTOR, RATES[1])
 
-    @property
-    def complete(self) -> bool:
-        """Whether the curriculum is complete and the training is to end there."""
-        return self.config.curriculum.until_complete and self.progress >= 1.0
-
     def saved(self) -> bytes:
         """Returns the file of stable-baselines3, from which ``resume`` continues too."""
         self.kept = {

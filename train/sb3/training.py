@@ -5,7 +5,6 @@ is resumed from a checkpoint therefore learns what it would have learned without
 on the same machine with the same number of threads.
 """
 
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -49,7 +48,7 @@ class Callback(BaseCallback):
 
     def _on_step(self) -> bool:
         self._bar.update(self.training_env.num_envs)
-        return not self.model.complete
+        return True
 
     def _on_rollout_start(self) -> None:
         config, now = self._run.config, self.model.num_timesteps
@@ -137,14 +136,12 @@ def _train(run: Run, layers: Layers | None) -> None:
         keep_best = KeepBest(run, learner.status, bar, learner.logger.record, began)
         callback = Callback(run, worlds, keep_best, bar, done if resumed else None)
         callback.init_callback(learner)
-        if done < total and not learner.complete:
+        if done < total:
             learner.learn(total - done, callback, reset_num_timesteps=False)
         if last_timesteps(run.curve) < learner.num_timesteps:
             callback.evaluate()
             callback.save()
     worlds.close()
-    if config.curriculum.until_complete and not learner.complete:
-        print(f"the curriculum has progressed to {learner.progress:.0%} only", file=sys.stderr)
 
 
 def _learner(run: Run, worlds: TrainingVecEnv, layers: Layers | None) -> Learner:

@@ -20,7 +20,7 @@ from asv_env.types import Float
 from baselines.evaluate import statistics
 from baselines.evaluate.conditions import Condition
 from baselines.evaluate.overall import overall
-from baselines.evaluate.publish import marks, model_cards, summaries
+from baselines.evaluate.publish import marks, model_card, summaries
 from baselines.evaluate.results import Results, of_rows, read_csv
 from baselines.evaluate.suites import SUITES
 from baselines.evaluate.summary import TOLERANCES, WIDE
@@ -106,7 +106,7 @@ def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
     texts = {
         options.page: _overview_in(readme, options.page, published),
         options.results / "README.md": page(published),
-        policy_file.FOLDER / "README.md": _cards(policy_file.FOLDER),
+        policy_file.LEARNED.parent / "README.md": _card(policy_file.LEARNED),
     }
     for results in published:
         folder = options.results / results.suite.name
@@ -116,12 +116,12 @@ def pages(published: Sequence[Results], options: Options) -> dict[Path, str]:
     return texts
 
 
-def _cards(folder: Path) -> str:
-    """Returns the page of the model cards in a folder; ValueError where one lacks something."""
+def _card(file: Path) -> str:
+    """Returns the page of the model card in a file; ValueError where it lacks something."""
     try:
-        return model_cards.page(folder)
+        return model_card.page(file)
     except (KeyError, TypeError, IndexError, AttributeError) as error:
-        raise ValueError(f"{folder}: a model card lacks {error}, train the policy again") from error
+        raise ValueError(f"{file}: its model card lacks {error}, train it again") from error
 
 
 def _overview_in(text: str, page: Path, published: Sequence[Results]) -> str:
