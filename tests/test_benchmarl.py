@@ -82,8 +82,19 @@ def test_an_algorithm_trains(algorithm, tmp_path):
     assert [float(line.split(",")[1]) for line in success.read_text().split()] == [0.0, 0.0]
 
 
+def test_the_program_of_the_page_makes_an_experiment(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (program,) = re.findall(r"```python\n(from asv_env.envs.benchmarl.*?)```", PAGE, re.DOTALL)
+    made, _, run = program.partition("experiment.run()")
+    assert run == "\n"
+    names = {}
+    exec(made, names)
+    assert names["experiment"].task == AsvTask.PUSH_EASY.get_from_yaml()
+    names["experiment"].close()
+
+
 def test_the_command_of_the_page_runs(tmp_path):
-    (line,) = re.findall(r"python (-m asv_env\.envs\.benchmarl (?:[^\n]*\\\n)?[^\n]*)", PAGE)
+    (line,) = re.findall(r"python (-m asv_env\.envs\.benchmarl (?:[^\n]*\\\n)*[^\n]*)", PAGE)
     shorter = {
         "max_n_frames": 512,
         "on_policy_collected_frames_per_batch": 512,

@@ -14,7 +14,7 @@ import torch
 import asv_env
 
 PAGE = (Path(__file__).parents[1] / "docs/engines.md").read_text()
-SINGLE_FILE, TORCHRL, BENCHMARL, RLLIB = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+SINGLE_FILE, TORCHRL, _, RLLIB = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 EXAMPLES = {
     "cleanrl": (
         "torch",
