@@ -1,12 +1,12 @@
-"""Teaches one policy for all teams, hulls and waters: the first stage of ``train.team``.
+"""Teaches one policy for all teams, hulls and waters: the stage of ``train.recipe``.
 
 The policy ``allocation`` is imitated by DAgger (Ross, Gordon and Bagnell, 2011), see
 ``train.imitation``. In each round worlds of several kinds run side by side, in a growing part of
 them the learner acts, and it is trained on what the expert would have done in all of them.
 
-The expert remembers more than a learner can see. Where the learner acts, the expert's memory is
-therefore that of one who takes over now, see ``take_over``: what it wants then follows from what
-is seen. Half of each batch is seen in the mirror.
+The expert remembers more than a learner can see. At every tick its memory is therefore that of one
+who takes over now, see ``take_over``: what it wants then follows from what is seen. Half of each
+batch is seen in the mirror.
 """
 
 import math
