@@ -45,8 +45,10 @@ def check_worlds() -> None:
         assert env.observation_space.contains(env.step(env.action_space.sample())[0])
         batch = gymnasium.make_vec(name, num_envs=2)
         assert batch.reset(seed=0)[0].shape == (2, *seen.shape)
-        boats = pettingzoo.make("parallel", f"asv_env/{task}-v0")
-        assert len(boats.reset(seed=0)[0]) == len(boats.possible_agents)
+        boats = [asv_env.parallel_env(task)]
+        if hasattr(pettingzoo, "make"):  # from 1.27 on
+            boats.append(pettingzoo.make("parallel", f"asv_env/{task}-v0"))
+        assert all(len(env.reset(seed=0)[0]) == len(env.possible_agents) for env in boats)
 
 
 def check_policies() -> None:

@@ -60,7 +60,7 @@ def continuous_action(action: Any, team: tuple[int, ...]) -> Float:
         TypeError: not real numbers.
         ValueError: another shape, or not finite.
     """
-    command = np.asarray(_real(action, "biufO", (*team, 2)), dtype=np.float64)
+    command = np.asarray(_real(action, "biufO", (*team, 2)), dtype=np.float64, order="C")
     if not np.isfinite(command).all():
         world, boat, _ = np.argwhere(~np.isfinite(command))[0]
         raise ValueError(

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from asv_env import Simulation, make_params
+from asv_env.physics import kernel
 from asv_env.tasks import PUSH
 
 PARAMS = make_params("push")
@@ -124,3 +125,14 @@ def test_what_is_no_initial_state_is_refused():
 def test_numbers_of_worlds_and_threads_are_refused_by_name(name, count):
     with pytest.raises(ValueError, match=name):
         Simulation(PARAMS, **{name: count})
+
+
+def test_actions_of_any_layout_need_no_code_of_their_own():
+    """To compile the loop takes seconds."""
+    simulation, action = Simulation(PARAMS, 3), np.zeros((3, 4, 2))
+    simulation.reset(seeds=range(3))
+    simulation.step(action)
+    known = list(kernel.advance.signatures)
+    for other in (np.asfortranarray(action), action.astype(np.float32), np.zeros((2, 4, 3)).T):
+        simulation.step(other)
+    assert kernel.advance.signatures == known

@@ -19,7 +19,7 @@ from asv_env.presets import NOISE
 from asv_env.sensing.observation import NAMES
 from asv_env.sensing.sensors import Sensors
 from asv_env.tasks import formation, standing
-from asv_env.types import Sensed, Standing, State
+from asv_env.types import Sensed, Standing, State, frozen
 from baselines.scripted import ScriptedPolicy
 
 ON_BOARD = ("touching",)
@@ -206,7 +206,7 @@ def test_boats_that_rest_in_each_others_slots_swap_them_when_they_seem_to_rest(n
     sim = begun(1, task="push", sensors={"speed_noise": noise})
     slot, order = sim.state.slot, [1, 0, 2, 3]
     swapped = {"slot": slot[:, order], "closed": np.zeros(1, dtype=bool)}
-    sim._state = replace(sim._state, **swapped)
+    sim._state = frozen(replace(sim._state, **swapped))
     sim._knowledge.sensed = replace(sim._knowledge.sensed, **swapped)
     sim.step(np.zeros((1, 4, 2)))
     assert same(sim.state.slot, slot)

@@ -12,7 +12,7 @@ import numpy as np
 
 from asv_env.params import EnvParams
 from asv_env.tasks.layouts import team_reach
-from asv_env.types import Bool, Complex, Float
+from asv_env.types import Bool, Complex, Float, given
 from baselines.paper.arcs import ArcPath
 from baselines.scripted.clear_paths import (
     BESIDE,
@@ -84,7 +84,7 @@ class ClearPlanner:
         slide it there first. Where there is none either the path is that of ``open_water``, which
         has up to ``SEGMENTS`` segments.
         """
-        worlds = len(pose)
+        worlds, obstacle = len(pose), given(obstacle)
         missing = ((0, 0), (0, SEGMENTS - open_water.length.shape[1]))
         curvature = np.pad(open_water.curvature, missing)
         length = np.pad(open_water.length, missing)
@@ -132,7 +132,7 @@ class ClearPlanner:
 
     def sides(self, pose: Float, goal: Float, obstacle: Float) -> Bool:
         """Returns whether teams that are on neither side yet should begin on the other one (W,)."""
-        other = np.zeros(len(pose), dtype=bool)
+        other, obstacle = np.zeros(len(pose), dtype=bool), given(obstacle)
         for w in range(len(pose)):
             found = self._found(pose[w], goal[w], obstacle[w], (0.0, 0.0))
             if found is None:  # The team has to begin where it can.

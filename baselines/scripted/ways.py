@@ -70,7 +70,7 @@ class ClearRoutes:
         outline = self._corners.real + 1j * self._corners.imag * side[:, None]
         hull = edge_rows(vessel + heading * outline)
         clearances = self.clearance, self._wide
-        place, end = relations.position[:, 1:], vessel + heading * end
+        place, end = np.ascontiguousarray(relations.position[:, 1:]), vessel + heading * end
         now = tick % self._every == 0
         sees, away = follow(place, end, obstacle, hull, *clearances, known, now)
         ahead = (known.via - place) * heading.conj()
