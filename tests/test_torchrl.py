@@ -186,8 +186,16 @@ def test_collectors_gather_whole_episodes():
         first, second = (batch.clone() for batch in collector)
     assert first.shape == (4, 10)
     assert first["next", "done"].flatten(1).sum(1).tolist() == [2] * 4
-    assert second[OBSERVATION][:, 5].isfinite().all()
     collector.shutdown()
+    both = torch.cat([first, second], dim=1)
+    continues = ~both["next", "done"][:, :-1, 0]
+    for name in (OBSERVATION, "state"):
+        after, seen = both["next"].get(name)[:, :-1], both.get(name)[:, 1:]
+        assert after[continues].equal(seen[continues])
+        assert not after[~continues].equal(seen[~continues]), "the next episode has begun"
+    other = asv_env.TorchRLEnv("push", 4, 2, seed=1, max_episode_steps=5)
+    again = stepped(other, both[ACTION].unbind(1))
+    assert again["next", *REWARD].equal(both["next", *REWARD].transpose(0, 1))
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
