@@ -104,6 +104,7 @@ ONLY_IN = {
     "ray": {"train/rllib/"},
     "torchrl": {"asv_env/envs/torchrl.py", "asv_env/envs/benchmarl/"},
     "benchmarl": {"asv_env/envs/benchmarl/"},
+    "hydra": {"asv_env/envs/benchmarl/"},
     "torch": {
         "asv_env/envs/sb3.py",
         "asv_env/envs/torchrl.py",

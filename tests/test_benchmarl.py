@@ -108,4 +108,5 @@ def test_the_command_of_the_page_runs(tmp_path):
     words[words.index("task.max_episode_steps=300")] = "task.max_episode_steps=20"
     words += [f"experiment.{name}={value}" for name, value in shorter.items()]
     subprocess.run([sys.executable, *words], cwd=tmp_path, check=True, capture_output=True)
-    assert list(tmp_path.rglob("eval_reward_episode_reward_mean.csv"))
+    (shares,) = tmp_path.rglob("eval_asv_success.csv")
+    assert 0.0 <= float(shares.read_text().split(",")[1]) <= 1.0

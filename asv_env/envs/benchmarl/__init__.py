@@ -14,6 +14,7 @@ from asv_env.envs.torchrl import GROUP, TorchRLEnv
 try:
     import benchmarl.environments as environments
     from benchmarl.environments.common import Task, TaskClass
+    from benchmarl.experiment import Callback
     from benchmarl.utils import _read_yaml_config
     from torchrl.data import Composite
 except ImportError as error:
@@ -89,11 +90,32 @@ class AsvClass(TaskClass):
     @staticmethod
     def log_info(batch: Any) -> dict[str, float]:
         """Returns the share of deliveries among the episodes that end in a batch."""
-        over = batch["next", GROUP, "done"][..., 0]
+        share = _delivered([batch])
+        return {} if share is None else {f"collection/{GROUP}/success": share}
+
+
+class DeliveryLog(Callback):
+    """Logs the share of deliveries in evaluations, which BenchMARL's own log leaves out."""
+
+    def on_evaluation_end(self, rollouts: list[Any]) -> None:
+        """Logs the share among the first episodes of the rollouts, one for each world."""
+        lengths = [
+            1 + int(rollout["next", "done"].flatten().int().argmax()) for rollout in rollouts
+        ]
+        share = _delivered([one[:steps] for one, steps in zip(rollouts, lengths, strict=True)])
+        if share is not None:
+            name, step = f"eval/{GROUP}/success", self.experiment.n_iters_performed
+            self.experiment.logger.log({name: share}, step=step)
+
+
+def _delivered(batches: list[Any]) -> float | None:
+    """Returns the share of deliveries among the episodes that end, None where that is unknown."""
+    found = []
+    for batch in batches:
         success = batch.get(("next", GROUP, "info", "is_success"), None)
-        if success is None or not over.any():
-            return {}
-        return {f"collection/{GROUP}/success": success[over].mean().item()}
+        if success is not None:
+            found += success[batch["next", GROUP, "done"][..., 0]].tolist()
+    return sum(found) / len(found) if found else None
 
 
 def _of_boats(env: Any, name: str) -> Any:

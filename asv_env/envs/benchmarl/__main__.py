@@ -1,17 +1,27 @@
 """BenchMARL's command with the tasks of this package: ``python -m asv_env.envs.benchmarl``."""
 
 import sys
+from typing import Any
 
-from benchmarl.run import hydra_experiment
+import hydra
+from benchmarl.hydra_config import load_experiment_from_hydra
+from hydra.core.hydra_config import HydraConfig
 
-from asv_env.envs.benchmarl import register
+from asv_env.envs.benchmarl import DeliveryLog, register
+
+
+@hydra.main(version_base=None, config_path="pkg://benchmarl.conf", config_name="config")
+def run(config: Any) -> None:
+    """Runs the experiment that the command line describes in Hydra's way."""
+    task = HydraConfig.get().runtime.choices.task
+    load_experiment_from_hydra(config, task, callbacks=[DeliveryLog()]).run()
 
 
 def main() -> None:
-    """Runs an experiment that the command line describes in Hydra's way."""
+    """Makes the tasks known, and runs an experiment."""
     register()
     sys.argv.append("hydra.searchpath=[pkg://asv_env.envs.benchmarl.conf]")
-    hydra_experiment()
+    run()
 
 
 if __name__ == "__main__":
