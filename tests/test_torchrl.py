@@ -222,7 +222,8 @@ def test_tensors_are_the_callers_to_write_to():
 
 
 def test_goals_are_options_of_a_reset():
-    env = asv_env.TorchRLEnv("push", 2, 2)
+    env = asv_env.TorchRLEnv("push", 2, 2, device=None)
+    assert env.device == torch.device("cpu")
     env.reset(options={"goal": [0.1, 0.2, 0.3]})
     assert env.simulation.state.goal.tolist() == [[0.1, 0.2, 0.3]] * 2
 

@@ -90,7 +90,7 @@ class TorchRLEnv(Adapter, EnvBase):
         params = make_params(task, num_boats, scenario, **options)
         params = limited(params, options, max_episode_steps=max_episode_steps)
         simulation = Simulation(params, num_envs, num_threads, initial_states)
-        EnvBase.__init__(self, device=device, batch_size=(num_envs,))
+        EnvBase.__init__(self, device=device or "cpu", batch_size=(num_envs,))
         self._open(simulation, render_mode)
         self.is_closed = False
         self.num_envs, self._team, self._with_state = num_envs, params.num_boats, with_state
