@@ -26,6 +26,7 @@ LIBRARIES = {
     ),
     "train": ("stable-baselines3", "torch", "tensorboard", "rich"),
     "torchrl": ("torchrl",),
+    "benchmarl": ("benchmarl",),
     "rllib": ("ray",),
     "bench": ("vmas",),
 }  #: what is reported, by the extra that installs it
