@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.params import DISCRETE_ACTIONS
+from asv_env.arguments import COMMANDS
 
 AHEAD = {"tracking": (1.0, 0.0), "thrusters": (1.0, 1.0)}  #: action of full speed ahead, by mode
 PORT = {"tracking": (0.0, 1.0), "thrusters": (-0.5, 0.5)}  #: action of a turn to port, by mode
@@ -30,5 +30,5 @@ def keys_to_action(action_mode: str, num_boats: int) -> dict[tuple[str, ...], An
 
 def _nearest(action: np.ndarray) -> np.ndarray:
     """Returns the numbers (A,) of the discrete actions that are nearest to tracking ones (A, 2)."""
-    offset = action[:, None] - np.array(DISCRETE_ACTIONS)
+    offset = action[:, None] - COMMANDS
     return np.linalg.norm(offset, axis=-1).argmin(axis=-1)

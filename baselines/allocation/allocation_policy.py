@@ -67,15 +67,15 @@ class AllocationPolicy:
         self._scripted = ScriptedPolicy(params)
         self._shrinking = 1.0 / params.scale
         params = params.rescaled(self._shrinking)
-        self._vessel, self._boat = params.hulls()
-        self._delay, self._gyration = params.sensors.delay, gyration(self._vessel)
+        vessel, self._boat = params.hulls()
+        self._delay, self._gyration = params.sensors.delay, gyration(vessel)
         self._recoil = round(RECOIL_TIME * params.clock.control)
         self._gains, self._pair_gains = gains, pair_gains
         self._helm, self._observer = Helm(params), VesselObserver(params)
         self._contact = Contact(params, gains)
         self._planner = TeamPlanner(params, gains, pair_gains)
         # A boat that meets a vessel at rest then moves it by no more than the speed of a held one.
-        masses = self._vessel.contact_mass + self._boat.masses[0]
+        masses = vessel.contact_mass + self._boat.masses[0]
         self._closing = params.task.speed_tolerance * masses / self._boat.masses[0]
 
     def act(

@@ -233,11 +233,8 @@ class TeamPlanner:
             they do, so that boats keep up.
         """
         gap, working, pair, own = boats.gap, boats.working, plan.pair, plan.manoeuvre
-        far = np.where(plan.in_place, OUT_OF_PLACE[0], IN_PLACE[0])
-        turned = np.where(plan.in_place, OUT_OF_PLACE[1], IN_PLACE[1])
-        ahead = far + np.where(pair, self._pair_gains.standoff, 0.0)[:, None]
-        near = (np.abs(gap.real) < ahead) & (np.abs(gap.imag) < far)
-        plan.in_place = near & (boats.alignment > turned) & working
+        ahead = np.where(pair, self._pair_gains.standoff, 0.0)[:, None]
+        plan.in_place = in_place(gap, boats.alignment, plan.in_place, ahead) & working
         whole = (plan.in_place | ~working).all(axis=1)
         plan.waiting = np.where(whole, 0, plan.waiting + 1)
         late = np.flatnonzero(plan.waiting > self._patience)
@@ -261,6 +258,22 @@ class TeamPlanner:
         column = np.repeat(column[:, None], wrench.shape[1], axis=1)
         pushes = np.repeat(plan.in_place[worlds][:, None], wrench.shape[1], axis=1)
         return np.asarray(effort(column, wrench, pushes).sum(axis=1) < WEAK)
+
+
+def in_place(gap: Complex, alignment: Float, before: Bool, ahead: Float | float = 0.0) -> Bool:
+    """Returns whether boats (W, A) are at their contact points; it takes more to leave them.
+
+    Args:
+        gap: from each boat to its point, in the direction of the point, m.
+        alignment: cosines of the angles between the boats and these directions.
+        before: whether they were there.
+        ahead: by how much farther off the hull a boat may be, m.
+    """
+    far, turned = (
+        np.where(before, out, into) for into, out in zip(IN_PLACE, OUT_OF_PLACE, strict=True)
+    )
+    near = (np.abs(gap.real) < far + ahead) & (np.abs(gap.imag) < far)
+    return np.asarray(near & (alignment > turned))
 
 
 def boats_of(relations: Relations, drift: Complex, sensed: Sensed, plan: TeamPlan) -> Boats:

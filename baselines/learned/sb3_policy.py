@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from asv_env.params import DISCRETE_ACTIONS, EnvParams
+from asv_env.arguments import COMMANDS
+from asv_env.params import EnvParams
 from asv_env.sensing.observation import column_names, features
 from asv_env.types import Action, Bool, Observation, Sensed
 
@@ -72,7 +73,7 @@ class Sb3Policy:
         ]
         action = np.stack([action for action, _ in decided])
         if self._discrete:
-            action = np.array(DISCRETE_ACTIONS)[action]
+            action = COMMANDS[action]
         return action.reshape(worlds, team, 2).astype(np.float32), [state for _, state in decided]
 
 

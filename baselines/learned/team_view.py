@@ -24,15 +24,14 @@ from asv_env.types import Action, Bool, Complex, Float, Observation, Sensed, cop
 from baselines.allocation.allocation_gains import AllocationGains
 from baselines.allocation.contact import Contact
 from baselines.allocation.contact_approach import ContactApproach
+from baselines.allocation.direct_path import AGAIN, CAPTURE
+from baselines.allocation.team_plan import in_place
 from baselines.learned.seen import BOAT, ENVIRONMENT, OBSTACLE, OWN, POINT, WIDTHS, Seen, put
 from baselines.mirror import at_scale
 from baselines.scripted.helm import Helm
 from baselines.scripted.observer import VesselMemory, VesselObserver
 
 OUTLINE_POINTS = 16  #: points of the vessel's outline, one at least on each edge
-IN_PLACE = (0.03, 0.85)  #: distance to its contact point, m, and cosine, where a boat gets there
-OUT_OF_PLACE = (0.08, 0.6)  #: distance and cosine at which it is no longer there
-ARRIVED, LEFT = 1.5, 3.0  #: distances where a vessel has arrived at its goal, and left, tolerances
 FINE_FORCE = 0.03  #: speed relative to the hull, m/s, up to which commands are nearly linear in it
 OF_ENVIRONMENT = tuple(map(observation.FEATURES.find, ENVIRONMENT))
 NEAREST = tuple(map(observation.FEATURES.find, ("obstacles", "vessel_obstacles")))
@@ -270,14 +269,9 @@ class TeamView:
         self, gap: Complex, pointing: Complex, distance: Float, working: Bool, memory: ViewMemory
     ) -> None:
         """Updates which boats are in place, what is grasped, and which vessels have arrived."""
-        far, turned = (
-            np.where(memory.in_place, out, into)
-            for into, out in zip(IN_PLACE, OUT_OF_PLACE, strict=True)
-        )
-        near = (np.abs(gap.real) < far) & (np.abs(gap.imag) < far)
-        memory.in_place = near & (pointing.real > turned) & working
+        memory.in_place = in_place(gap, pointing.real, memory.in_place) & working
         memory.grasped = memory.grasped | (memory.in_place | ~working).all(axis=1)
-        bound = np.where(memory.arrived, LEFT, ARRIVED) * self._reach
+        bound = np.where(memory.arrived, AGAIN, CAPTURE) * self._reach
         memory.arrived = memory.grasped & (distance < bound)
 
     def _see_outline(self, boat: Complex, to_contact: Complex) -> Observation:

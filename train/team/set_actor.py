@@ -4,7 +4,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from baselines.learned.seen import MIRROR, Seen
+from baselines.learned.seen import Seen
 from baselines.learned.set_network import HIDDEN, ITEMS, Weights, layers
 
 FIRST_OUTPUT = 0.1  #: factor on the last layer's initial weights, so that first actions are small
@@ -67,11 +67,6 @@ class SetActor(nn.Module):
                 layer = self._layer(name)
                 layer.weight.copy_(torch.from_numpy(np.asarray(weights[f"{name}.weight"]).T))
                 layer.bias.copy_(torch.from_numpy(np.asarray(weights[f"{name}.bias"])))
-
-
-def mirrored(seen: list[Tensor]) -> list[Tensor]:
-    """Returns what boats would see in a mirrored world; there they turn the other way."""
-    return [one * torch.from_numpy(sign) for one, sign in zip(seen, MIRROR, strict=True)]
 
 
 def tensors(seen: Seen) -> list[Tensor]:
